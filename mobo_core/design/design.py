@@ -1,0 +1,85 @@
+"""One arm: the order of its joints and the lengths of its links."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+from mobo_core.errors import InputError
+
+JOINT_TYPES = "RPY"
+MAX_JOINTS = 64
+
+
+def effective_joints(sampled_joints: str) -> str:
+    """Return the joint order that is built from a sampled one: after Y comes P, whatever was sampled.
+
+    A second yaw would be redundant, and a roll there is a pitch seen from a yaw turned by a right angle
+    (Kawaharazuka et al., Advanced Robotics 2025, section 2.1).
+    """
+    joints = ""
+    for joint in sampled_joints:
+        joints += "P" if joints.endswith("Y") else joint
+    return joints
+
+
+@dataclass(frozen=True)
+class Design:
+    """A serial arm of roll (x), pitch (y) and yaw (z) joints, straight up when all joints are at zero.
+
+    Attributes:
+        sampled_joints: joint order as drawn, such as ``YRPYPR``.
+        lengths: metres; link i follows joint i, the last one ends in the tool.
+
+    Raises:
+        InputError: an unknown joint letter, a length that is negative or not finite, or numbers that differ.
+    """
+
+    sampled_joints: str
+    lengths: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Check letters, counts and lengths."""
+        object.__setattr__(self, "lengths", tuple(float(length) for length in self.lengths))
+        n = len(self.sampled_joints)
+        if not 1 <= n <= MAX_JOINTS:
+            raise InputError(f"{n} joints", where="joints", expected=f"1 to {MAX_JOINTS}")
+        for i, joint in enumerate(self.sampled_joints):
+            if joint not in JOINT_TYPES:
+                raise InputError(
+                    f"unknown joint {joint!r} at place {i + 1} of {self.sampled_joints!r}",
+                    where="joints",
+                    expected="R (roll), P (pitch) or Y (yaw)",
+                )
+        if len(self.lengths) != n:
+            raise InputError(
+                f"{len(self.lengths)} lengths for {n} joints", where="lengths", expected=f"{n} lengths in metres"
+            )
+        for i, length in enumerate(self.lengths):
+            if not (math.isfinite(length) and length >= 0):
+                raise InputError(f"length {i + 1} is {length!r}", where="lengths", expected="metres, 0 or more")
+
+    @cached_property
+    def joints(self) -> str:
+        """The joint order as built, under the yaw rule; also the name of the structure."""
+        return effective_joints(self.sampled_joints)
+
+    @property
+    def name(self) -> str:
+        """The canonical name, such as ``YPPYPY``."""
+        return self.joints
+
+    @property
+    def total_length(self) -> float:
+        """The length of the stretched arm in metres."""
+        return math.fsum(self.lengths)
+
+    def check_total(self, total_length: float, tolerance: float = 1e-6) -> None:
+        """Raise InputError unless the lengths add up to ``total_length`` metres."""
+        if abs(self.total_length - total_length) > tolerance:
+            raise InputError(
+                f"lengths add up to {self.total_length:.9g} m",
+                where="lengths",
+                expected=f"{total_length:.9g} m within {tolerance:g}",
+            )

@@ -1,0 +1,70 @@
+"""The space of arms that a study searches."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+from optuna.distributions import BaseDistribution
+from optuna.trial import BaseTrial, FixedTrial
+from pydantic import Field, model_validator
+
+from mobo_core.design.design import JOINT_TYPES, MAX_JOINTS, Design
+from mobo_core.settings import Settings
+
+
+class DesignSpace(Settings):
+    """Which arms are candidates, and what their parts weigh. The defaults are the paper's 6-DOF experiment.
+
+    ``lengths`` says how the sampler draws link lengths. Both ways span the same set of arms:
+
+    * ``sequential``, the paper's: L_i in [0, min(max_length, what remains of total_length)] in metres,
+      so the range of each depends on the ones before.
+    * ``fractions``: u_i in [0, 1] is the share of that same upper bound. All ranges stay fixed, so that a
+      sampler can model all parameters jointly.
+
+    In both, the last link takes what remains and may exceed ``max_length``.
+    """
+
+    n_joints: int = Field(6, ge=1, le=MAX_JOINTS, description="number of joints")
+    joint_types: str = Field(JOINT_TYPES, description="letters to choose from, of R, P and Y")
+    lengths: Literal["fractions", "sequential"] = "fractions"
+    total_length: float = Field(0.6, gt=0, le=1e3, description="m, of the stretched arm")
+    max_length: float = Field(0.3, gt=0, le=1e3, description="m, of one link but the last")
+    joint_limit: float = Field(0.75 * math.pi, gt=0, le=2 * math.pi, description="rad, either way")
+    motor_mass: float = Field(0.5, gt=0, le=1e4, description="kg, a point at each joint")
+    link_radius: float = Field(0.015, gt=0, le=10, description="m")
+    link_density: float = Field(1000.0, gt=0, le=1e5, description="kg/m^3")
+
+    @model_validator(mode="after")
+    def _letters(self) -> DesignSpace:
+        letters = self.joint_types
+        if not letters or len(set(letters)) != len(letters) or not set(letters) <= set(JOINT_TYPES):
+            raise ValueError(f"joint_types to be distinct letters of {JOINT_TYPES}")
+        return self
+
+    def suggest(self, trial: BaseTrial) -> Design:
+        """Draw a design from an Optuna trial."""
+        joints = "".join(
+            trial.suggest_categorical(f"J{i + 1}", tuple(self.joint_types)) for i in range(self.n_joints)
+        )
+        lengths: list[float] = []
+        for i in range(self.n_joints - 1):
+            # Rounding can leave a remainder a little below zero.
+            longest = min(self.max_length, max(0.0, self.total_length - sum(lengths)))
+            if self.lengths == "fractions":
+                lengths.append(trial.suggest_float(f"u{i + 1}", 0.0, 1.0) * longest)
+            else:
+                lengths.append(trial.suggest_float(f"L{i + 1}", 0.0, longest))
+        lengths.append(max(0.0, self.total_length - sum(lengths)))
+        return Design(joints, tuple(lengths))
+
+    def design(self, params: dict[str, Any]) -> Design:
+        """Return the design of a sampler's parameters, as :meth:`suggest` would have built it."""
+        return self.suggest(FixedTrial(params))
+
+    def distributions(self, params: dict[str, Any]) -> dict[str, BaseDistribution]:
+        """Return the Optuna distributions from which :meth:`suggest` would draw ``params``."""
+        trial = FixedTrial(params)
+        self.suggest(trial)
+        return trial.distributions

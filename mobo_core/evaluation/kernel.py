@@ -1,0 +1,274 @@
+"""The compiled evaluation: inverse kinematics, self-collision and gravity torque of a serial chain.
+
+The algorithm, shared line by line with :mod:`mobo_core.evaluation.reference`: from a start drawn at random,
+damped least squares on the six errors of the tool (position in m, orientation as twice the sine of half
+the angle, along its axis), with joints at their limits frozen while the step would push them further.
+An attempt ends with a posture within both tolerances, which counts unless it is in self-collision.
+
+All functions take flat arrays (see :class:`mobo_core.evaluation.chain.Chain`), release the GIL, and give the
+same bits on every x86-64 machine: no fastmath, no calls into a mathematics library.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from mobo_core.evaluation.geometry import any_pair_collides
+from mobo_core.evaluation.numerics import random_start, sin_cos, target_rotation
+
+# Outcome of a pose.
+REACHED = 0
+OUT_OF_RANGE = 1
+NOT_CONVERGED = 2
+IN_COLLISION = 3
+
+# Damping grows with the squared error (Sugihara, IEEE T-RO 2011) from a floor that keeps the matrix regular.
+DAMPING_FLOOR = 1e-5
+DAMPING_GAIN = 0.02
+# Largest step of a joint in one iteration, rad.
+MAX_STEP = 1.0
+
+
+@njit(cache=True, nogil=True)
+def forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations, tip):
+    """Write joint axes (n, 3), joint origins (n, 3) and joint rotations (n, 3, 3) at ``q``, base frame.
+
+    ``tip``, shape (4, 3), receives the rotation of the tip in rows 0-2 and its position in row 3.
+    """
+    n = q.shape[0]
+    a00, a01, a02 = 1.0, 0.0, 0.0
+    a10, a11, a12 = 0.0, 1.0, 0.0
+    a20, a21, a22 = 0.0, 0.0, 1.0
+    x = y = z = 0.0
+    for i in range(n + 1):
+        if i < n:
+            b, t = placement_r[i], placement_p[i]
+        else:
+            b, t = tip_r, tip_p
+        x += a00 * t[0] + a01 * t[1] + a02 * t[2]
+        y += a10 * t[0] + a11 * t[1] + a12 * t[2]
+        z += a20 * t[0] + a21 * t[1] + a22 * t[2]
+        c00 = a00 * b[0, 0] + a01 * b[1, 0] + a02 * b[2, 0]
+        c01 = a00 * b[0, 1] + a01 * b[1, 1] + a02 * b[2, 1]
+        c02 = a00 * b[0, 2] + a01 * b[1, 2] + a02 * b[2, 2]
+        c10 = a10 * b[0, 0] + a11 * b[1, 0] + a12 * b[2, 0]
+        c11 = a10 * b[0, 1] + a11 * b[1, 1] + a12 * b[2, 1]
+        c12 = a10 * b[0, 2] + a11 * b[1, 2] + a12 * b[2, 2]
+        c20 = a20 * b[0, 0] + a21 * b[1, 0] + a22 * b[2, 0]
+        c21 = a20 * b[0, 1] + a21 * b[1, 1] + a22 * b[2, 1]
+        c22 = a20 * b[0, 2] + a21 * b[1, 2] + a22 * b[2, 2]
+        if i == n:
+            tip[0, 0], tip[0, 1], tip[0, 2] = c00, c01, c02
+            tip[1, 0], tip[1, 1], tip[1, 2] = c10, c11, c12
+            tip[2, 0], tip[2, 1], tip[2, 2] = c20, c21, c22
+            tip[3, 0], tip[3, 1], tip[3, 2] = x, y, z
+            return
+        s, c = sin_cos(q[i])
+        a00, a01, a02 = c00 * c + c01 * s, c01 * c - c00 * s, c02
+        a10, a11, a12 = c10 * c + c11 * s, c11 * c - c10 * s, c12
+        a20, a21, a22 = c20 * c + c21 * s, c21 * c - c20 * s, c22
+        axes[i, 0], axes[i, 1], axes[i, 2] = a02, a12, a22
+        origins[i, 0], origins[i, 1], origins[i, 2] = x, y, z
+        r = rotations[i]
+        r[0, 0], r[0, 1], r[0, 2] = a00, a01, a02
+        r[1, 0], r[1, 1], r[1, 2] = a10, a11, a12
+        r[2, 0], r[2, 1], r[2, 2] = a20, a21, a22
+
+
+@njit(cache=True, nogil=True)
+def tool_error(tip, target_r, target_p, error):
+    """Write the tool's six errors at pose ``tip`` and return the squared norms (position, orientation)."""
+    ex = target_p[0] - tip[3, 0]
+    ey = target_p[1] - tip[3, 1]
+    ez = target_p[2] - tip[3, 2]
+    # Half the sum of (column of tip) x (column of target) is the sine of the angle along the axis.
+    sx = sy = sz = trace = 0.0
+    for k in range(3):
+        a0, a1, a2 = tip[0, k], tip[1, k], tip[2, k]
+        b0, b1, b2 = target_r[0, k], target_r[1, k], target_r[2, k]
+        sx += a1 * b2 - a2 * b1
+        sy += a2 * b0 - a0 * b2
+        sz += a0 * b1 - a1 * b0
+        trace += a0 * b0 + a1 * b1 + a2 * b2
+    # sin(w) = 2 sin(w/2) cos(w/2), and 4 cos^2(w/2) = 1 + trace; bounded away from the half turn.
+    f = 1.0 / math.sqrt(max(1.0 + trace, 1e-8))
+    sx, sy, sz = f * sx, f * sy, f * sz
+    error[0], error[1], error[2] = ex, ey, ez
+    error[3], error[4], error[5] = sx, sy, sz
+    return ex * ex + ey * ey + ez * ez, sx * sx + sy * sy + sz * sz
+
+
+@njit(cache=True, nogil=True)
+def jacobian(axes, origins, tip, jac):
+    """Write the Jacobian of the tip, shape (n, 6): row i is (axis x (tip - origin), axis) of joint i."""
+    for i in range(axes.shape[0]):
+        ax, ay, az = axes[i, 0], axes[i, 1], axes[i, 2]
+        dx = tip[3, 0] - origins[i, 0]
+        dy = tip[3, 1] - origins[i, 1]
+        dz = tip[3, 2] - origins[i, 2]
+        jac[i, 0] = ay * dz - az * dy
+        jac[i, 1] = az * dx - ax * dz
+        jac[i, 2] = ax * dy - ay * dx
+        jac[i, 3], jac[i, 4], jac[i, 5] = ax, ay, az
+
+
+@njit(cache=True, nogil=True)
+def damped_step(jac, free, error, damping, m, y, step):
+    """Write the damped least-squares step J^T (J J^T + damping I)^-1 error over the free joints.
+
+    ``m`` (6, 6) and ``y`` (6,) are work space: the Cholesky factor, and the solution.
+    """
+    for a in range(6):
+        for b in range(a + 1):
+            m[a, b] = 0.0
+    for i in range(jac.shape[0]):
+        if free[i]:
+            for a in range(6):
+                v = jac[i, a]
+                for b in range(a + 1):
+                    m[a, b] += v * jac[i, b]
+    for a in range(6):
+        m[a, a] += damping
+    for b in range(6):
+        for k in range(b):
+            m[b, b] -= m[b, k] * m[b, k]
+        m[b, b] = 1.0 / math.sqrt(m[b, b])
+        for a in range(b + 1, 6):
+            for k in range(b):
+                m[a, b] -= m[a, k] * m[b, k]
+            m[a, b] *= m[b, b]
+    for a in range(6):
+        v = error[a]
+        for k in range(a):
+            v -= m[a, k] * y[k]
+        y[a] = v * m[a, a]
+    for a in range(5, -1, -1):
+        v = y[a]
+        for k in range(a + 1, 6):
+            v -= m[k, a] * y[k]
+        y[a] = v * m[a, a]
+    for i in range(jac.shape[0]):
+        v = 0.0
+        if free[i]:
+            for a in range(6):
+                v += jac[i, a] * y[a]
+        step[i] = v
+
+
+@njit(cache=True, nogil=True)
+def gravity_torque(mass, com, gravity, axes, origins, rotations, torque):
+    """Write the torque in N m that holds each joint against gravity; return its L2 norm.
+
+    ``mass`` (n,) in kg and ``com`` (n, 3) in m, joint frame, belong to the bodies that joint i moves.
+    """
+    weight = wx = wy = wz = 0.0
+    total = 0.0
+    for i in range(mass.shape[0] - 1, -1, -1):
+        r, c = rotations[i], com[i]
+        weight += mass[i]
+        wx += mass[i] * (origins[i, 0] + r[0, 0] * c[0] + r[0, 1] * c[1] + r[0, 2] * c[2])
+        wy += mass[i] * (origins[i, 1] + r[1, 0] * c[0] + r[1, 1] * c[1] + r[1, 2] * c[2])
+        wz += mass[i] * (origins[i, 2] + r[2, 0] * c[0] + r[2, 1] * c[1] + r[2, 2] * c[2])
+        dx = wx - weight * origins[i, 0]
+        dy = wy - weight * origins[i, 1]
+        dz = wz - weight * origins[i, 2]
+        t = -(
+            axes[i, 0] * (dy * gravity[2] - dz * gravity[1])
+            + axes[i, 1] * (dz * gravity[0] - dx * gravity[2])
+            + axes[i, 2] * (dx * gravity[1] - dy * gravity[0])
+        )
+        torque[i] = t
+        total += t * t
+    return math.sqrt(total)
+
+
+@njit(cache=True, nogil=True)
+def evaluate_voxels(
+    placement_r, placement_p, tip_r, tip_p, lower, upper, mass, com, radius_of_reach,
+    capsule_joint, capsule_a, capsule_b, capsule_radius, pairs,
+    centres, first, last, seed, poses, attempts, max_iterations, position_tolerance, half_angle_sine,
+    self_collision, least_torque, gravity,
+    out_outcome, out_torque, out_q, out_effort,
+):  # fmt: skip
+    """Evaluate all poses of the voxels ``first`` to ``last`` - 1 (numbers in ``centres``, shape (voxels, 3)).
+
+    ``half_angle_sine`` is twice the sine of half the rotation tolerance. Results go to the rows counted
+    from ``first``: ``out_outcome`` (last - first, poses), ``out_torque`` likewise in N m, ``out_q``
+    (last - first, poses, n) in rad, and ``out_effort`` (last - first, 2): attempts and iterations.
+    """
+    n = lower.shape[0]
+    axes, origins, rotations = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
+    tip, target_r, error = np.empty((4, 3)), np.empty((3, 3)), np.empty(6)
+    jac, m, y = np.empty((n, 6)), np.empty((6, 6)), np.empty(6)
+    q, step, torque = np.empty(n), np.empty(n), np.empty(n)
+    free = np.empty(n, np.bool_)
+    ends = np.empty((capsule_joint.shape[0], 2, 3))
+    for voxel in range(first, last):
+        row = voxel - first
+        target_p = centres[voxel]
+        # From the first joint's origin, whatever its angle.
+        dx = target_p[0] - placement_p[0, 0]
+        dy = target_p[1] - placement_p[0, 1]
+        dz = target_p[2] - placement_p[0, 2]
+        beyond = radius_of_reach + position_tolerance
+        out_of_range = dx * dx + dy * dy + dz * dz > beyond * beyond
+        for pose in range(poses):
+            if out_of_range:
+                out_outcome[row, pose] = OUT_OF_RANGE
+                continue
+            target_rotation(seed, voxel, pose, target_r)
+            outcome = NOT_CONVERGED
+            best = math.inf
+            for attempt in range(attempts):
+                out_effort[row, 0] += 1
+                random_start(seed, voxel, pose, attempt, lower, upper, q)
+                converged = False
+                for iteration in range(max_iterations + 1):
+                    forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations, tip)
+                    e_position, e_rotation = tool_error(tip, target_r, target_p, error)
+                    if (
+                        e_position <= position_tolerance * position_tolerance
+                        and e_rotation <= half_angle_sine * half_angle_sine
+                    ):
+                        converged = True
+                        break
+                    if iteration == max_iterations:
+                        break
+                    out_effort[row, 1] += 1
+                    jacobian(axes, origins, tip, jac)
+                    for i in range(n):
+                        # The gradient says where the joint would go; a joint at its limit stays there.
+                        g = 0.0
+                        for a in range(6):
+                            g += jac[i, a] * error[a]
+                        free[i] = not ((q[i] <= lower[i] and g < 0.0) or (q[i] >= upper[i] and g > 0.0))
+                    damping = DAMPING_FLOOR + DAMPING_GAIN * (e_position + e_rotation)
+                    damped_step(jac, free, error, damping, m, y, step)
+                    largest = 0.0
+                    for i in range(n):
+                        largest = max(largest, abs(step[i]))
+                    scale = 1.0 if largest <= MAX_STEP else MAX_STEP / largest
+                    for i in range(n):
+                        q[i] = min(max(q[i] + scale * step[i], lower[i]), upper[i])
+                if not converged:
+                    continue
+                if self_collision and any_pair_collides(
+                    capsule_joint, capsule_a, capsule_b, capsule_radius, pairs, origins, rotations, ends
+                ):
+                    if outcome == NOT_CONVERGED:
+                        outcome = IN_COLLISION
+                    continue
+                norm = gravity_torque(mass, com, gravity, axes, origins, rotations, torque)
+                outcome = REACHED
+                if norm < best:
+                    best = norm
+                    for i in range(n):
+                        out_q[row, pose, i] = q[i]
+                if not least_torque:
+                    break
+            out_outcome[row, pose] = outcome
+            if outcome == REACHED:
+                out_torque[row, pose] = best

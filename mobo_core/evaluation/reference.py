@@ -1,0 +1,159 @@
+"""The oracle: the kernel's algorithm by way of Pinocchio and Coal, one pose at a time, for any chain.
+
+Slow and plain on purpose. It shares with the kernel what defines a question (targets and starts) and the
+constants of the algorithm; kinematics, Jacobian, linear algebra, distances and torques are the libraries'.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from mobo_core.evaluation import kernel
+from mobo_core.evaluation.chain import Array, Chain
+from mobo_core.evaluation.numerics import random_start, target_rotation
+
+
+class ReferenceModel:
+    """A chain's Pinocchio model and its capsules as Coal objects; one thread at a time."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.chain = chain
+        self.model = chain.model
+        self.data = self.model.createData()
+        self._capsules = []
+        for joint, a, b, radius in zip(
+            chain.capsule_joint, chain.capsule_a, chain.capsule_b, chain.capsule_radius, strict=True
+        ):
+            placement = _capsule_placement(a, b)
+            length = float(np.linalg.norm(b - a))
+            self._capsules.append((int(joint), placement, coal.Capsule(float(radius), length)))
+        # From the chain's joint frames, whose z is the axis, to Pinocchio's.
+        pin.forwardKinematics(self.model, self.data, np.zeros(chain.n))
+        self._frames = []
+        rotation = np.eye(3)
+        for i in range(chain.n):
+            rotation = rotation @ chain.placement_r[i]
+            self._frames.append(pin.SE3(self.data.oMi[i + 1].rotation.T @ rotation, np.zeros(3)))
+
+    def tip(self, q: Array) -> Any:
+        """Return the tip's pose (pin.SE3) at ``q``, base frame, and update all frames."""
+        pin.framesForwardKinematics(self.model, self.data, q)
+        return self.data.oMf[self.chain.tip_frame]
+
+    def jacobian(self, q: Array) -> Array:
+        """Return the tip's Jacobian, shape (6, n), linear before angular, base axes."""
+        jac: Array = pin.computeFrameJacobian(
+            self.model, self.data, q, self.chain.tip_frame, pin.LOCAL_WORLD_ALIGNED
+        )
+        return jac
+
+    def torque(self, q: Array) -> Array:
+        """Return the torques in N m that hold the arm at ``q``, shape (n,)."""
+        torque: Array = pin.computeGeneralizedGravity(self.model, self.data, q)
+        return torque
+
+    def clearance(self, q: Array) -> float:
+        """Return the least distance in m over the chain's pairs of capsules at ``q``; below 0 they overlap."""
+        pin.forwardKinematics(self.model, self.data, q)
+        placed = []
+        for joint, placement, capsule in self._capsules:
+            at = placement if joint < 0 else self.data.oMi[joint + 1] * self._frames[joint] * placement
+            placed.append((capsule, coal.Transform3s(at.rotation, at.translation)))
+        least = math.inf
+        request = coal.DistanceRequest()
+        for i, j in self.chain.pairs:
+            result = coal.DistanceResult()
+            (a, at_a), (b, at_b) = placed[i], placed[j]
+            least = min(least, coal.distance(a, at_a, b, at_b, request, result))
+        return least
+
+
+def _capsule_placement(a: Array, b: Array) -> Any:
+    along = b - a
+    length = np.linalg.norm(along)
+    rotation = np.eye(3)
+    if length > 0:
+        rotation = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), along / length).toRotationMatrix()
+    return pin.SE3(rotation, (a + b) / 2)
+
+
+def tool_error(tip: Any, target_r: Array, target_p: Array) -> Array:
+    """Return the six errors of the tool at ``tip`` (see :mod:`mobo_core.evaluation.kernel`)."""
+    relative = target_r @ tip.rotation.T
+    sine = 0.5 * np.array(
+        [relative[2, 1] - relative[1, 2], relative[0, 2] - relative[2, 0], relative[1, 0] - relative[0, 1]]
+    )
+    trace = relative[0, 0] + relative[1, 1] + relative[2, 2]
+    return np.concatenate([target_p - tip.translation, 2.0 * sine / math.sqrt(max(1.0 + trace, 1e-8))])
+
+
+def evaluate_voxels_reference(
+    chain: Chain, centres: Array, first: int, last: int, seed: int, poses: int, attempts: int, max_iterations: int,
+    position_tolerance: float, half_angle_sine: float, self_collision: bool, least_torque: bool,
+    out_outcome: Array, out_torque: Array, out_q: Array, out_effort: Array,
+) -> None:  # fmt: skip
+    """Evaluate as :func:`mobo_core.evaluation.kernel.evaluate_voxels` does; same arguments and outputs."""
+    model = ReferenceModel(chain)
+    target_r, q = np.empty((3, 3)), np.empty(chain.n)
+    for voxel in range(first, last):
+        row = voxel - first
+        far = np.linalg.norm(centres[voxel] - chain.placement_p[0]) > chain.reach_radius + position_tolerance
+        for pose in range(poses):
+            if far:
+                out_outcome[row, pose] = kernel.OUT_OF_RANGE
+                continue
+            target_rotation(seed, voxel, pose, target_r)
+            outcome, best = kernel.NOT_CONVERGED, math.inf
+            for attempt in range(attempts):
+                out_effort[row, 0] += 1
+                random_start(seed, voxel, pose, attempt, chain.lower, chain.upper, q)
+                converged, steps = _solve(
+                    model, q, target_r, centres[voxel], max_iterations, position_tolerance, half_angle_sine
+                )
+                out_effort[row, 1] += steps
+                if not converged:
+                    continue
+                if self_collision and model.clearance(q) <= 0.0:
+                    outcome = kernel.IN_COLLISION if outcome == kernel.NOT_CONVERGED else outcome
+                    continue
+                outcome = kernel.REACHED
+                norm = float(np.linalg.norm(model.torque(q)))
+                if norm < best:
+                    best = norm
+                    out_q[row, pose] = q
+                if not least_torque:
+                    break
+            out_outcome[row, pose] = outcome
+            if outcome == kernel.REACHED:
+                out_torque[row, pose] = best
+
+
+def _solve(
+    model: ReferenceModel, q: Array, target_r: Array, target_p: Array, max_iterations: int,
+    position_tolerance: float, half_angle_sine: float,
+) -> tuple[bool, int]:  # fmt: skip
+    """Improve ``q`` in place; return whether it converged, and the number of steps."""
+    lower, upper = model.chain.lower, model.chain.upper
+    for iteration in range(max_iterations + 1):
+        error = tool_error(model.tip(q), target_r, target_p)
+        e_position, e_rotation = error[:3] @ error[:3], error[3:] @ error[3:]
+        if e_position <= position_tolerance**2 and e_rotation <= half_angle_sine**2:
+            return True, iteration
+        if iteration == max_iterations:
+            break
+        jac = model.jacobian(q)
+        gradient = jac.T @ error
+        frozen = ((q <= lower) & (gradient < 0)) | ((q >= upper) & (gradient > 0))
+        jac[:, frozen] = 0.0
+        damping = kernel.DAMPING_FLOOR + kernel.DAMPING_GAIN * (e_position + e_rotation)
+        step = jac.T @ np.linalg.solve(jac @ jac.T + damping * np.eye(6), error)
+        largest = np.abs(step).max()
+        if largest > kernel.MAX_STEP:
+            step *= kernel.MAX_STEP / largest
+        q[:] = np.clip(q + step, lower, upper)
+    return False, max_iterations

@@ -1,0 +1,104 @@
+"""What is asked of an arm."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from mobo_core.errors import InputError
+from mobo_core.settings import Settings
+
+MAX_VOXELS = 1_000_000
+MAX_POSES = 50_000_000
+
+Vector = tuple[float, float, float]
+
+
+class EvaluationSpec(Settings):
+    """The workspace, the poses in it, and what counts as reached. The defaults are the paper's experiment.
+
+    The workspace is cut into cubic voxels; at the centre of each, ``poses_per_voxel`` orientations are
+    drawn uniformly on SO(3) from (seed, voxel, pose) alone, so that every arm meets the same poses.
+    """
+
+    workspace_min: Vector = Field((-0.5, -0.5, -0.1), description="m, base frame")
+    workspace_max: Vector = Field((0.5, 0.5, 0.5), description="m, base frame")
+    voxel_size: float = Field(0.2, gt=0, description="m")
+    poses_per_voxel: int = Field(30, ge=1, le=65535)
+    ik_mode: Literal["paper"] = "paper"
+    restarts: int = Field(5, ge=0, le=1000, description="attempts after the first")
+    iterations: int = Field(50, ge=1, le=10000, description="most steps in one attempt")
+    position_tolerance: float = Field(1e-3, gt=0, le=1, description="m")
+    rotation_tolerance: float = Field(math.radians(1), gt=0, le=math.pi, description="rad")
+    orientation: Literal["full"] = "full"
+    self_collision: bool = True
+    gravity: Vector = Field((0.0, 0.0, -9.81), description="m/s^2, base frame")
+    payload_kg: float = Field(0.0, ge=0, le=1e4, description="kg, a point at the tip")
+    solution: Literal["first", "least_torque"] = "first"
+    seed: int = Field(0, ge=0, lt=2**63)
+
+    @model_validator(mode="after")
+    def _workspace(self) -> EvaluationSpec:
+        shape = self._exact_shape()
+        if min(shape) < 1:
+            raise ValueError(f"at least one voxel of {self.voxel_size:g} m along each axis, not {shape}")
+        if math.prod(shape) > MAX_VOXELS:
+            raise ValueError(f"at most {MAX_VOXELS} voxels, not {math.prod(shape)}")
+        if math.prod(shape) * self.poses_per_voxel > MAX_POSES:
+            raise ValueError(f"at most {MAX_POSES} poses, not {math.prod(shape) * self.poses_per_voxel}")
+        for low, size, n in zip(self.workspace_min, self._sizes(), shape, strict=True):
+            if abs(n * self.voxel_size - size) > 1e-6 * self.voxel_size or abs(low) > 1e3:
+                raise ValueError(f"sides that are whole numbers of voxels of {self.voxel_size:g} m, within 1 km")
+        return self
+
+    def _sizes(self) -> list[float]:
+        return [b - a for a, b in zip(self.workspace_min, self.workspace_max, strict=True)]
+
+    def _exact_shape(self) -> tuple[int, int, int]:
+        nx, ny, nz = (
+            int(min(max(size / self.voxel_size + 0.5, 0.0), 1e9)) for size in self._sizes()
+        )
+        return nx, ny, nz
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Number of voxels along x, y and z."""
+        return self._exact_shape()
+
+    @property
+    def n_voxels(self) -> int:
+        """Number of voxels in all; the largest reach an arm can score."""
+        return math.prod(self.shape)
+
+    def voxel_centres(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Return the voxel centres in metres, base frame, shape (n_voxels, 3), index (ix*ny + iy)*nz + iz."""
+        axes = [
+            np.array([low + (i + 0.5) * self.voxel_size for i in range(n)])
+            for low, n in zip(self.workspace_min, self.shape, strict=True)
+        ]
+        return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "paper_fine": {"voxel_size": 0.1},
+}
+
+
+def load_spec(name_or_path: str) -> EvaluationSpec:
+    """Return a preset by its name, or read a YAML file.
+
+    Raises:
+        InputError: neither a preset nor a readable file, or a field that does not fit.
+    """
+    if name_or_path in PRESETS:
+        return EvaluationSpec.of(PRESETS[name_or_path])
+    if not Path(name_or_path).is_file():
+        raise InputError(
+            f"no preset or file {name_or_path!r}", where="spec", expected=f"{', '.join(PRESETS)} or a YAML file"
+        )
+    return EvaluationSpec.from_yaml(name_or_path)

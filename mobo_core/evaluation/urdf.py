@@ -1,0 +1,255 @@
+"""A URDF from anywhere, checked and boiled down to what an evaluation needs.
+
+Pinocchio crashes on some malformed robots and accepts some impossible ones (mass -1, a zero axis), so what
+reaches it is not the text that came in but a plain URDF written anew from the values checked here: links
+with their inertials, and joints. Collision shapes are kept beside it.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from dataclasses import dataclass, field
+from xml.etree.ElementTree import Element, ParseError, SubElement, tostring
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import iterparse
+
+from mobo_core.errors import InputError
+
+MAX_BYTES = 1_000_000
+MAX_DEPTH = 32
+MAX_JOINTS = 64
+MAX_LINKS = 256
+_MAX_NUMBER = 1e6
+_TURNING = ("revolute", "continuous")
+_ANGLE_LIMIT = 1e3
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A collision shape as a capsule: a segment along z, and a radius; placed in the frame of its link.
+
+    Attributes:
+        link: name of the link.
+        xyz: metres, centre of the segment.
+        rpy: rad, fixed-axis roll, pitch, yaw.
+        length: metres, of the segment; 0 for a ball.
+        radius: metres.
+    """
+
+    link: str
+    xyz: tuple[float, ...]
+    rpy: tuple[float, ...]
+    length: float
+    radius: float
+
+
+@dataclass
+class CheckedUrdf:
+    """A robot whose structure and numbers are sound.
+
+    Attributes:
+        xml: plain URDF with links, inertials and joints alone; continuous joints turn within one turn.
+        root: name of the root link.
+        parents: link -> (parent link, joint name, joint type) for all links but the root.
+        shapes: collision cylinders and spheres.
+        ignored_shapes: collision shapes of other kinds (boxes, meshes), which are left out.
+    """
+
+    xml: str = ""
+    root: str = ""
+    parents: dict[str, tuple[str, str, str]] = field(default_factory=dict)
+    shapes: list[Shape] = field(default_factory=list)
+    ignored_shapes: int = 0
+
+    def leaves(self) -> list[str]:
+        """Return the links that are nobody's parent."""
+        inner = {parent for parent, _, _ in self.parents.values()}
+        return [link for link in (self.root, *self.parents) if link not in inner]
+
+    def path(self, tip: str) -> list[str]:
+        """Return the joint names from the root to ``tip``."""
+        joints = []
+        while tip != self.root:
+            tip, joint, _ = self.parents[tip]
+            joints.append(joint)
+        return joints[::-1]
+
+
+def check_urdf(text: str | bytes) -> CheckedUrdf:
+    """Check a URDF and return what an evaluation needs of it.
+
+    Raises:
+        InputError: too large, not XML, with a DTD or entities, too deep, not one tree of links, or with a
+            number that is not finite or impossible.
+    """
+    data = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
+    if len(data) > MAX_BYTES:
+        raise InputError(f"{len(data)} bytes", where="urdf", expected=f"at most {MAX_BYTES} bytes")
+    robot = _parse(data)
+    if robot.tag != "robot":
+        raise InputError(f"root element <{robot.tag[:40]}>", where="urdf", expected="<robot>")
+    links, joints = robot.findall("link"), robot.findall("joint")
+    if not 2 <= len(links) <= MAX_LINKS:
+        raise InputError(f"{len(links)} links", where="urdf", expected=f"2 to {MAX_LINKS}")
+    if not 1 <= len(joints) <= MAX_JOINTS:
+        raise InputError(f"{len(joints)} joints", where="urdf", expected=f"1 to {MAX_JOINTS}")
+    checked = CheckedUrdf()
+    plain = Element("robot", name="checked")
+    names = _unique_names(links, "link")
+    _unique_names(joints, "joint")
+    for link in links:
+        _link(link, plain, checked)
+    for joint in joints:
+        _joint(joint, plain, names, checked)
+    _one_tree(names, checked)
+    checked.xml = tostring(plain, encoding="unicode")
+    return checked
+
+
+def _parse(data: bytes) -> Element:
+    depth = 0
+    root: Element | None = None
+    try:
+        for event, element in iterparse(io.BytesIO(data), events=("start", "end"), forbid_dtd=True):
+            root = element if root is None else root
+            depth += 1 if event == "start" else -1
+            if depth > MAX_DEPTH:
+                raise InputError(
+                    f"elements nested deeper than {MAX_DEPTH}", where="urdf", expected="a URDF robot"
+                )
+    except DefusedXmlException as error:
+        kind = type(error).__name__
+        raise InputError(f"forbidden XML ({kind})", where="urdf", expected="XML without DTD or entities") from None
+    except (ParseError, ValueError, LookupError) as error:
+        raise InputError(f"not well-formed XML ({error})", where="urdf", expected="a URDF robot") from None
+    if root is None:
+        raise InputError("empty", where="urdf", expected="a URDF robot")
+    return root
+
+
+def _unique_names(elements: list[Element], kind: str) -> set[str]:
+    names: set[str] = set()
+    for element in elements:
+        name = element.get("name", "")
+        if not name or len(name) > 200 or not name.isprintable():
+            raise InputError(f"{kind} named {name[:40]!r}", where="urdf", expected="a printable name")
+        if name in names:
+            raise InputError(f"two {kind}s named {name!r}", where="urdf", expected="distinct names")
+        names.add(name)
+    return names
+
+
+def _numbers(element: Element | None, attribute: str, default: str, where: str, count: int = 3) -> tuple[float, ...]:
+    text = default if element is None else element.get(attribute, default)
+    try:
+        values = tuple(float(word) for word in text.split())
+    except ValueError:
+        values = ()
+    if len(values) != count or not all(math.isfinite(v) and abs(v) <= _MAX_NUMBER for v in values):
+        what = f"{attribute}={text[:60]!r}"
+        raise InputError(what, where=where, expected=f"{count} finite number{'s' if count > 1 else ''}")
+    return values
+
+
+def _plain_origin(source: Element, target: Element, where: str) -> None:
+    origin = source.find("origin")
+    xyz = _numbers(origin, "xyz", "0 0 0", where)
+    rpy = _numbers(origin, "rpy", "0 0 0", where)
+    SubElement(target, "origin", xyz=_text(xyz), rpy=_text(rpy))
+
+
+def _text(values: tuple[float, ...]) -> str:
+    return " ".join(repr(value) for value in values)
+
+
+def _link(link: Element, plain: Element, checked: CheckedUrdf) -> None:
+    name = link.get("name", "")
+    where = f"urdf link {name!r}"
+    target = SubElement(plain, "link", name=name)
+    inertial = link.find("inertial")
+    if inertial is not None:
+        (mass,) = _numbers(inertial.find("mass"), "value", "", where + " mass", 1)
+        if mass <= 0:
+            raise InputError(f"mass {mass:g} kg", where=where, expected="more than 0")
+        part = SubElement(target, "inertial")
+        _plain_origin(inertial, part, where + " inertial")
+        SubElement(part, "mass", value=repr(mass))
+        inertia = inertial.find("inertia")
+        moments = {
+            key: repr(_numbers(inertia, key, "0", where + " inertia", 1)[0])
+            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        }
+        SubElement(part, "inertia", moments)
+    for collision in link.findall("collision"):
+        _shape(collision, name, checked)
+
+
+def _shape(collision: Element, link: str, checked: CheckedUrdf) -> None:
+    where = f"urdf link {link!r} collision"
+    geometry = collision.find("geometry")
+    cylinder = None if geometry is None else geometry.find("cylinder")
+    sphere = None if geometry is None else geometry.find("sphere")
+    if cylinder is None and sphere is None:
+        checked.ignored_shapes += 1
+        return
+    (radius,) = _numbers(cylinder if cylinder is not None else sphere, "radius", "", where, 1)
+    (length,) = _numbers(cylinder, "length", "", where, 1) if cylinder is not None else (0.0,)
+    if radius <= 0 or length < 0:
+        raise InputError(f"radius {radius:g}, length {length:g}", where=where, expected="radius > 0, length >= 0")
+    origin = collision.find("origin")
+    xyz, rpy = _numbers(origin, "xyz", "0 0 0", where), _numbers(origin, "rpy", "0 0 0", where)
+    checked.shapes.append(Shape(link, xyz, rpy, length, radius))
+
+
+def _joint(joint: Element, plain: Element, links: set[str], checked: CheckedUrdf) -> None:
+    name, kind = joint.get("name", ""), joint.get("type", "")
+    where = f"urdf joint {name!r}"
+    if kind not in (*_TURNING, "fixed", "prismatic"):
+        raise InputError(f"type {kind[:40]!r}", where=where, expected="revolute, continuous, prismatic or fixed")
+    ends = {}
+    for end in ("parent", "child"):
+        element = joint.find(end)
+        ends[end] = "" if element is None else element.get("link", "")
+        if ends[end] not in links:
+            raise InputError(f"{end} link {ends[end][:40]!r} does not exist", where=where, expected="a link's name")
+    if ends["child"] in checked.parents or ends["child"] == ends["parent"]:
+        raise InputError(f"link {ends['child']!r} closes a loop", where=where, expected="one parent for every link")
+    checked.parents[ends["child"]] = (ends["parent"], name, kind)
+    target = SubElement(plain, "joint", name=name, type="revolute" if kind == "continuous" else kind)
+    _plain_origin(joint, target, where)
+    SubElement(target, "parent", link=ends["parent"])
+    SubElement(target, "child", link=ends["child"])
+    if kind == "fixed":
+        return
+    axis = _numbers(joint.find("axis"), "xyz", "1 0 0", where + " axis")
+    if abs(math.sqrt(sum(a * a for a in axis)) - 1) > 1e-3:
+        raise InputError(f"axis {_text(axis)}", where=where, expected="a vector of length 1")
+    SubElement(target, "axis", xyz=_text(axis))
+    lower, upper = -math.pi, math.pi
+    if kind != "continuous":
+        limit = joint.find("limit")
+        if limit is None:
+            raise InputError("no <limit>", where=where, expected='<limit lower="…" upper="…"/>')
+        (lower,) = _numbers(limit, "lower", "0", where + " limit", 1)
+        (upper,) = _numbers(limit, "upper", "0", where + " limit", 1)
+        if lower >= upper or max(abs(lower), abs(upper)) > _ANGLE_LIMIT:
+            what = f"lower {lower:g}, upper {upper:g}"
+            raise InputError(what, where=where, expected=f"lower < upper, within {_ANGLE_LIMIT:g}")
+    SubElement(target, "limit", lower=repr(lower), upper=repr(upper), effort="1000", velocity="10")
+
+
+def _one_tree(links: set[str], checked: CheckedUrdf) -> None:
+    roots = sorted(links - checked.parents.keys())
+    if len(roots) != 1:
+        what = f"{len(roots)} root links" + (f" ({', '.join(roots[:3])})" if roots else ": the joints close a loop")
+        raise InputError(what, where="urdf", expected="one tree of links")
+    checked.root = roots[0]
+    for link in checked.parents:
+        seen = set()
+        while link != checked.root:
+            if link in seen:
+                raise InputError(f"link {link!r} closes a loop", where="urdf", expected="one tree of links")
+            seen.add(link)
+            link = checked.parents[link][0]

@@ -1,0 +1,85 @@
+"""What all settings that people write as YAML share: strict fields, one-line errors, one canonical form."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Self, get_args
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from mobo_core.errors import InputError
+
+_MAX_YAML_BYTES = 100_000
+
+
+class Settings(BaseModel):
+    """A frozen set of named values; unknown names, wrong types and numbers that are not finite are refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=False)
+
+    @classmethod
+    def of(cls, values: Any, where: str = "") -> Self:
+        """Check ``values`` (a mapping) and build the settings.
+
+        Raises:
+            InputError: names the first offending field, its value and what was expected.
+        """
+        where = where or cls.__name__
+        if not isinstance(values, dict):
+            raise InputError(f"got {_short(values)}", where=where, expected="a mapping of names to values")
+        try:
+            return cls(**{str(name): value for name, value in values.items()})
+        except ValidationError as error:
+            raise _one_line(cls, error, where) from None
+
+    @classmethod
+    def from_yaml(cls, path: Path | str) -> Self:
+        """Read the settings from a YAML file; fields it leaves out keep their defaults.
+
+        Raises:
+            InputError: no such file, not YAML, or a field that does not fit.
+        """
+        path = Path(path)
+        try:
+            if path.stat().st_size > _MAX_YAML_BYTES:
+                raise InputError("file too large", where=str(path), expected=f"at most {_MAX_YAML_BYTES} bytes")
+            values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "not UTF-8 text"
+            raise InputError(reason, where=str(path), expected=f"a YAML file of {cls.__name__}") from None
+        except yaml.YAMLError as error:
+            raise InputError(f"not YAML ({_short(str(error))})", where=str(path), expected="YAML") from None
+        return cls.of({} if values is None else values, where=str(path))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values (numbers, strings, lists), fit for JSON and YAML."""
+        return self.model_dump(mode="json")
+
+    def to_json(self) -> str:
+        """Return the canonical text: equal settings give equal text."""
+        return json.dumps(self.to_dict(), sort_keys=True)
+
+
+def _short(value: object) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 80 else text[:77] + "..."
+
+
+def _one_line(cls: type[BaseModel], error: ValidationError, where: str) -> InputError:
+    first = error.errors(include_url=False)[0]
+    name = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        return InputError(f"unknown field {name!r}", where=where, expected="one of " + ", ".join(cls.model_fields))
+    what = f"{name} = {_short(first['input'])}" if name else _short(first["input"])
+    message = str(first["msg"])
+    for prefix in ("Value error, ", "Input should be ", "Assertion failed, "):
+        message = message.removeprefix(prefix)
+    return InputError(what, where=where, expected=message)
+
+
+def choices(annotation: Any) -> str:
+    """Return the values of a ``Literal`` as people read them: ``a, b or c``."""
+    names = [str(value) for value in get_args(annotation)]
+    return ", ".join(names[:-1]) + " or " + names[-1] if len(names) > 1 else names[0]
