@@ -1,0 +1,163 @@
+"""What a bag says of its study: settings, candidates, evaluations, and what was told."""
+
+from __future__ import annotations
+
+import json
+import platform
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from mobo_core import __version__
+from mobo_core.bag.reader import FileContent, entries, read_bag
+from mobo_core.design import DesignSpace
+from mobo_core.errors import InputError
+from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.messages import SCHEMA_VERSION, decode, message_type
+from mobo_core.search.study import StudySettings
+
+_LIBRARIES = ("optuna", "pin", "coal", "numba", "numpy", "xacro", "mcap")
+# Settings that stand in the record under their own names, as plain text.
+_PLAIN = ("sampler", "n_startup_trials", "seed", "in_flight")
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of mobo, Python and the libraries a study's numbers come from."""
+    found = {"mobo": __version__, "python": platform.python_version()}
+    for name in _LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:  # a system's own package without Python metadata
+            found[name] = "unknown"
+    return found
+
+
+def study_record(name: str, settings: StudySettings) -> dict[str, str]:
+    """Return the metadata record ``mobo`` that every file of a bag begins with."""
+    values = settings.to_dict()
+    return {
+        "study": name,
+        "space": settings.space.to_json(),
+        "spec": settings.spec.to_json(),
+        **{key: str(values[key]) for key in _PLAIN},
+        "versions": json.dumps(versions(), sort_keys=True),
+        "schema_version": str(SCHEMA_VERSION),
+    }
+
+
+def settings_of(record: dict[str, str], where: str) -> StudySettings:
+    """Return the settings that a metadata record holds.
+
+    Raises:
+        InputError: no such record, or one of another schema, or one that does not fit.
+    """
+    if not record:
+        raise InputError("holds no study", where=where, expected="a bag that mobo recorded")
+    if record.get("schema_version") != str(SCHEMA_VERSION):
+        raise InputError(
+            f"schema_version {record.get('schema_version')}", where=where, expected=str(SCHEMA_VERSION)
+        )
+    try:
+        return StudySettings.of(
+            {
+                "space": DesignSpace.of(json.loads(record["space"]), where=f"{where}: space"),
+                "spec": EvaluationSpec.of(json.loads(record["spec"]), where=f"{where}: spec"),
+                **{key: record[key] for key in _PLAIN},
+            },
+            where=where,
+        )
+    except (KeyError, ValueError) as error:
+        raise InputError(f"metadata record not readable ({error!r:.80})", where=where, expected="a study") from None
+
+
+@dataclass
+class StudyRecord:
+    """A study as its bag tells it. Messages are those of :mod:`mobo_core.messages`.
+
+    Attributes:
+        path: the bag.
+        name: of the study.
+        settings: what its trials depend on.
+        record: the metadata record itself.
+        candidates, evaluations, commands: in the order they were recorded.
+        evaluators: joins, leaves and losses.
+        trials: trial number -> Trial; the first record of it.
+        repeated: numbers of trials that were told more than once.
+        contents: the files.
+    """
+
+    path: Path
+    name: str
+    settings: StudySettings
+    record: dict[str, str]
+    candidates: list[Any] = field(default_factory=list)
+    evaluations: list[Any] = field(default_factory=list)
+    commands: list[Any] = field(default_factory=list)
+    evaluators: list[Any] = field(default_factory=list)
+    trials: dict[int, Any] = field(default_factory=dict)
+    repeated: list[int] = field(default_factory=list)
+    contents: list[FileContent] = field(default_factory=list)
+
+    @property
+    def faults(self) -> list[str]:
+        """What is wrong with the files, a line each."""
+        return [f"{content.path.name}: {content.fault}" for content in self.contents if content.fault]
+
+    def candidate_of(self, trial: int) -> Any | None:
+        """Return the first candidate of a trial."""
+        return self._first_candidates().get(trial)
+
+    def _first_candidates(self) -> dict[int, Any]:
+        if not hasattr(self, "_first"):
+            self._first: dict[int, Any] = {}
+            for candidate in self.candidates:
+                self._first.setdefault(int(candidate.trial), candidate)
+        return self._first
+
+    def accepted(self, trial: int) -> Any | None:
+        """Return the evaluation that a trial was told from: the first one its record names."""
+        told = self.trials.get(trial)
+        if told is None:
+            return None
+        if not hasattr(self, "_by_key"):
+            self._by_key: dict[tuple[int, int, str], Any] = {}
+            for e in self.evaluations:
+                self._by_key.setdefault((int(e.trial), int(e.attempt), e.evaluator), e)
+        return self._by_key.get((trial, int(told.attempt), told.evaluator))
+
+    def complete_trials(self) -> list[Any]:
+        """Return the Trial messages that carry values, by number."""
+        complete = message_type("Trial").COMPLETE
+        return [self.trials[n] for n in sorted(self.trials) if self.trials[n].state == complete]
+
+
+def read_study(path: Path | str) -> StudyRecord:
+    """Read a bag as a study; a damaged file counts up to its damage (see :attr:`StudyRecord.faults`).
+
+    Raises:
+        InputError: no bag, or not one of a mobo study.
+    """
+    contents = read_bag(path)
+    return study_from(contents, Path(path))
+
+
+def study_from(contents: list[FileContent], path: Path) -> StudyRecord:
+    """Return the study that the contents of a bag's files tell of; errors as :func:`read_study`."""
+    first = contents[0].record
+    study = StudyRecord(path, first.get("study", ""), settings_of(first, str(path)), first, contents=contents)
+    lists = {
+        "Candidate": study.candidates,
+        "Evaluation": study.evaluations,
+        "Command": study.commands,
+        "EvaluatorStatus": study.evaluators,
+    }
+    for entry in entries(contents):
+        if entry.kind in lists:
+            lists[entry.kind].append(decode(entry.kind, entry.data))
+        elif entry.kind == "Trial":
+            trial = decode("Trial", entry.data)
+            if int(trial.trial) in study.trials:
+                study.repeated.append(int(trial.trial))
+            study.trials.setdefault(int(trial.trial), trial)
+    return study

@@ -1,0 +1,106 @@
+"""The bag of a running study: opened new or continued, appended to, closed."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from mobo_core.bag.files import write_metadata
+from mobo_core.bag.lock import LOCK_FILE, BagLock
+from mobo_core.bag.reader import FileContent, read_bag
+from mobo_core.bag.record import StudyRecord, settings_of, study_from, study_record
+from mobo_core.bag.recover import recover_file
+from mobo_core.bag.writer import McapFile, custom_data, next_file
+from mobo_core.errors import InputError, StudyError
+from mobo_core.messages import encode
+from mobo_core.search.study import StudySettings
+
+
+class StudyBag:
+    """Appends the messages of a study to its bag; each is flushed before the call returns.
+
+    Args:
+        folder: of the bag.
+        name: of the study.
+        settings: what the study's trials depend on.
+        resume: continue the bag if it exists.
+        node: name of the optimizer, for the lock.
+        prefix: of the topic names, ``/`` or a namespace.
+
+    Raises:
+        InputError: the bag exists and ``resume`` is false; it is of another study or other settings; it is no
+            bag; or another optimizer writes to it. Nothing is changed then.
+        StudyError: it cannot be written.
+    """
+
+    def __init__(
+        self, folder: Path, name: str, settings: StudySettings, *, resume: bool, node: str = "optimizer", prefix: str = "/"
+    ) -> None:
+        self.folder, self.name, self._prefix = folder, name, prefix
+        self.past: StudyRecord | None = None
+        self._contents: list[FileContent] = []
+        self._file: McapFile | None = None
+        self._record = study_record(name, settings)
+        existing = folder.exists() and any(entry.name != LOCK_FILE for entry in folder.iterdir())
+        if existing and not resume:
+            raise InputError("exists already", where=str(folder), expected="resume:=true, or the name of a new bag")
+        if existing:
+            _same_study(read_bag(folder)[0].record, name, settings, str(folder))
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._lock = BagLock(folder, node)
+        except OSError as error:
+            raise StudyError(f"{folder}: cannot make the bag ({error.strerror})") from None
+        try:
+            if existing:
+                self._continue()
+        except BaseException:
+            self._lock.release()
+            raise
+
+    def _continue(self) -> None:
+        self._contents = [
+            content if content.finished else recover_file(content) for content in read_bag(self.folder)
+        ]
+        self.past = study_from(self._contents, self.folder)
+
+    def append(self, topic: str, message: Any) -> bytes:
+        """Append a message to a topic (relative name), flush, and return its CDR bytes."""
+        data = encode(message)
+        self.append_raw(topic, message.__msgtype__.rsplit("/", 1)[1], data)
+        return data
+
+    def append_raw(self, topic: str, kind: str, data: bytes) -> None:
+        """Append CDR bytes as they came."""
+        if self._file is None:
+            self._file = McapFile(next_file(self.folder), self._record)
+        self._file.write(self._prefix + topic, kind, data)
+
+    def close(self) -> None:
+        """Finish the file, write metadata.yaml, release the lock. May be called twice."""
+        if self._lock is None:
+            return
+        lock, self._lock = self._lock, None  # type: ignore[assignment]
+        try:
+            summaries = [content.summary() for content in self._contents]
+            if self._file is not None:
+                self._file.finish()
+                summaries.append(self._file.summary)
+            if summaries:
+                write_metadata(self.folder, summaries, custom_data(self._record))
+            else:
+                (self.folder / LOCK_FILE).unlink(missing_ok=True)
+                os.rmdir(self.folder)  # nothing was recorded: leave nothing behind
+        finally:
+            lock.release()
+
+
+def _same_study(record: dict[str, str], name: str, settings: StudySettings, where: str) -> None:
+    recorded = settings_of(record, where)
+    if record.get("study") != name:
+        raise InputError(f"holds study {record.get('study')!r}", where=where, expected=f"study {name!r}")
+    difference = recorded.first_difference(settings)
+    if difference:
+        setting, old, new = difference
+        raise InputError(f"{setting} is {old!r} in the bag", where=where, expected=f"{new!r}, as asked for now")

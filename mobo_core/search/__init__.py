@@ -1,0 +1,1 @@
+"""Which arm comes next: samplers, the ordered study, dispatch to evaluators."""

@@ -1,0 +1,303 @@
+"""The optimizer without its ROS node: study, dispatch and bag together, messages in and out as bytes."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mobo_core.bag.study_bag import StudyBag
+from mobo_core.design import to_urdf
+from mobo_core.design.description import TIP_LINK
+from mobo_core.errors import InputError
+from mobo_core.messages import MAX_MESSAGE_BYTES, decode, encode, make, message_type, spec_to_message
+from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.search.front import hypervolume, pareto_front
+from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
+
+# Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
+_MAX_UNUSED_RECORDED = 16
+
+Publish = Callable[[str, bytes], None]
+
+
+class Optimizer:
+    """Runs a study: call :meth:`on_evaluator` and :meth:`on_evaluation` with what comes in, :meth:`tick` often.
+
+    Every message is in the bag, flushed, before it takes effect.
+
+    Args:
+        bag: the open bag; a study it holds already is continued.
+        settings: what the trials depend on.
+        n_trials: the total to reach.
+        dispatcher: hands trials to evaluators.
+        publish: sends bytes on a topic (relative name).
+        log: takes lines for people.
+    """
+
+    def __init__(
+        self,
+        bag: StudyBag,
+        settings: StudySettings,
+        n_trials: int,
+        dispatcher: Dispatcher,
+        publish: Publish,
+        log: Callable[[str], None] = print,
+    ) -> None:
+        self.settings, self.n_trials = settings, n_trials
+        self.study = OrderedStudy(settings)
+        self._bag, self._dispatcher, self._publish, self._log = bag, dispatcher, publish, log
+        self._spec_message = spec_to_message(settings.spec)
+        self._urdfs: dict[int, str] = {}
+        self._answers: dict[int, Any] = {}  # trial -> Trial message, waiting for its turn
+        self._evaluations: dict[int, Any] = {}  # trial -> accepted Evaluation, likewise
+        self._unused_of: dict[int, int] = {}
+        self.answers = self.answers_unused = self.resent = self.failed = 0
+        self.best: tuple[Any, str] | None = None  # Evaluation and URDF of the highest reach
+        if bag.past is not None:
+            self._replay(bag.past)
+
+    @property
+    def done(self) -> bool:
+        """Whether every trial is told."""
+        return len(self.study.told) >= self.n_trials
+
+    def on_evaluator(self, data: bytes, now: float) -> None:
+        """Take a heartbeat (CDR bytes of an EvaluatorStatus)."""
+        try:
+            status = decode("EvaluatorStatus", data)
+        except InputError as error:
+            self._log(str(error))
+            return
+        kinds = message_type("EvaluatorStatus")
+        name = status.evaluator
+        if status.state == kinds.LEFT:
+            if name in self._dispatcher.evaluators:
+                self._bag.append("evaluators", status)
+                self._log(f"{name} left")
+            self._dispatcher.left(name)
+        elif status.state == kinds.ALIVE and name and 0 < status.workers <= 10_000:
+            holds = [
+                (int(trial), int(attempt))
+                for study, trial, attempt in zip(status.studies, status.trials, status.attempts, strict=False)
+                if study == self._bag.name
+            ]
+            if self._dispatcher.heard(name, int(status.workers), holds, now):
+                self._record_evaluator(status, kinds.JOINED)
+                self._log(f"{name} joined: {status.workers} workers, {status.engine}, mobo {status.mobo_version}")
+        self.tick(now)
+
+    def on_evaluation(self, data: bytes, now: float) -> None:
+        """Take an answer (CDR bytes of an Evaluation): recorded, judged, and if it is its trial's first, used."""
+        self.answers += 1
+        try:
+            if len(data) > MAX_MESSAGE_BYTES:
+                raise InputError(f"{len(data)} bytes", where="evaluation", expected=f"at most {MAX_MESSAGE_BYTES}")
+            evaluation = decode("Evaluation", data)
+        except InputError as error:
+            self.answers_unused += 1
+            self._log(f"answer ignored: {error}")
+            return
+        trial = int(evaluation.trial)
+        if evaluation.study != self._bag.name or trial >= len(self.study.asked):
+            self.answers_unused += 1
+            self._log(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
+            return
+        if trial not in self._dispatcher.open_trials:
+            if self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED:
+                self.answers_unused += 1
+                return
+        self._bag.append_raw("evaluations", "Evaluation", data)
+        if not self._judge(evaluation):
+            self.answers_unused += 1
+            self._unused_of[trial] = self._unused_of.get(trial, 0) + 1
+        self.tick(now)
+
+    def tick(self, now: float) -> None:
+        """Do all there is to do: tell, ask, send out."""
+        lost, exhausted = self._dispatcher.expire(now)
+        for name in lost:
+            self._record_evaluator(make("EvaluatorStatus", evaluator=name), message_type("EvaluatorStatus").LOST)
+            self._log(f"{name} lost: its candidates go to others")
+        for trial in exhausted:
+            self._give_up(trial, "timed out on every attempt")
+        while True:
+            while len(self.study.told) in self._answers:
+                self._tell(self._answers.pop(len(self.study.told)))
+            if len(self.study.asked) < self.n_trials and self.study.may_ask():
+                self._open(self.study.ask())
+            else:
+                break
+        for dispatch in self._dispatcher.next_dispatches(now):
+            self._send(dispatch)
+
+    def status(self, state: int, reason: str = "") -> Any:
+        """Return the study's StudyStatus."""
+        reach, torque = self.values()
+        return make(
+            "StudyStatus",
+            study=self._bag.name,
+            state=state,
+            reason=reason,
+            n_trials=self.n_trials,
+            asked=len(self.study.asked),
+            told=len(self.study.told),
+            failed=self.failed,
+            evaluators=len(self._dispatcher.evaluators),
+            workers=sum(self._dispatcher.evaluators.values()),
+            front_size=len(pareto_front(reach, torque)),
+            best_reach=max(reach, default=0.0),
+            hypervolume=hypervolume(reach, torque, self.settings.spec.n_voxels),
+            answers=self.answers,
+            answers_unused=self.answers_unused,
+            resent=self.resent,
+            bag=str(self._bag.folder),
+        )
+
+    def record_status(self, state: int, reason: str = "") -> bytes:
+        """Put the study's status into the bag; return it as CDR bytes."""
+        return self._bag.append("study", self.status(state, reason))
+
+    def values(self) -> tuple[list[float], list[float]]:
+        """Return reach and torque (N m) of the trials told that have values."""
+        values = [told.values for told in self.study.told if told.values is not None]
+        return [v[0] for v in values], [v[1] for v in values]
+
+    def _replay(self, past: Any) -> None:
+        """Bring the study to where its bag left it."""
+        sent: dict[int, set[Dispatch]] = {}
+        params: dict[int, dict[str, Any]] = {}
+        for candidate in past.candidates:
+            trial = int(candidate.trial)
+            sent.setdefault(trial, set()).add(Dispatch(trial, int(candidate.attempt), candidate.evaluator))
+            params.setdefault(trial, json.loads(candidate.params_json))
+        for number in range(len(params)):
+            if number not in params:
+                raise InputError(f"no candidate of trial {number}", where=str(past.path), expected="every trial")
+            while not self.study.may_ask():
+                self._retell(past)
+            self.study.recall(params[number])
+        while len(self.study.told) in past.trials:
+            self._retell(past)
+        for number in range(len(self.study.told), len(params)):
+            self._open(self.study.asked[number], sent[number])
+        for evaluation in past.evaluations:
+            if int(evaluation.trial) >= len(self.study.told):
+                self._judge(evaluation)
+        best = max(past.complete_trials(), key=lambda trial: trial.reach, default=None)
+        if best is not None and (evaluation := past.accepted(int(best.trial))) is not None:
+            self.best = (evaluation, past.candidate_of(int(best.trial)).urdf)
+        self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {len(self._answers)} answered")
+
+    def _retell(self, past: Any) -> None:
+        number = len(self.study.told)
+        if number not in past.trials:
+            raise InputError(f"trial {number} was never told", where=str(past.path), expected="trials in order")
+        self.study.tell(_told(past.trials[number]))
+        self.failed += self.study.told[-1].values is None
+
+    def _open(self, asked: Asked, sent: set[Dispatch] | None = None) -> None:
+        self._urdfs[asked.number] = to_urdf(asked.design, self.settings.space)
+        self._dispatcher.open(asked.number, sent or ())
+
+    def _send(self, dispatch: Dispatch) -> None:
+        asked = self.study.asked[dispatch.trial]
+        candidate = make(
+            "Candidate",
+            study=self._bag.name,
+            trial=dispatch.trial,
+            attempt=dispatch.attempt,
+            evaluator=dispatch.evaluator,
+            sampled_joints=asked.design.sampled_joints,
+            joints=asked.design.joints,
+            lengths=asked.design.lengths,
+            urdf=self._urdfs[dispatch.trial],
+            tip=TIP_LINK,
+            spec=self._spec_message,
+            params_json=json.dumps(asked.params),
+        )
+        self.resent += dispatch.attempt > 1
+        self._publish("candidates", self._bag.append("candidates", candidate))
+
+    def _judge(self, evaluation: Any) -> bool:
+        """Let the dispatcher judge an answer; return whether it changed anything."""
+        kinds = message_type("Evaluation")
+        trial = int(evaluation.trial)
+        dispatch = Dispatch(trial, int(evaluation.attempt), evaluation.evaluator)
+        fault = evaluation_fault(evaluation, self.settings.spec.n_voxels) if evaluation.status == kinds.OK else ""
+        ok = not fault and evaluation.status in (kinds.OK, kinds.REJECTED)
+        verdict = self._dispatcher.answered(dispatch, ok=ok)
+        reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
+        if verdict is Verdict.ACCEPTED:
+            failed = evaluation.status == kinds.REJECTED
+            self._answer(evaluation, f"rejected: {reason}" if failed else "")
+        elif verdict is Verdict.EXHAUSTED:
+            self._answer(evaluation, reason)
+        elif verdict is Verdict.RETRY:
+            self._log(f"trial {trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason}")
+        return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
+
+    def _answer(self, evaluation: Any, failure: str) -> None:
+        kinds = message_type("Trial")
+        self._answers[int(evaluation.trial)] = make(
+            "Trial",
+            study=self._bag.name,
+            trial=evaluation.trial,
+            state=kinds.FAIL if failure else kinds.COMPLETE,
+            attempt=evaluation.attempt,
+            evaluator=evaluation.evaluator,
+            reach=math.nan if failure else evaluation.reach,
+            torque=math.nan if failure else evaluation.torque,
+            reason=failure[:2000],
+        )
+        if not failure:
+            self._evaluations[int(evaluation.trial)] = evaluation
+
+    def _give_up(self, trial: int, reason: str) -> None:
+        fields = {"trial": trial, "state": message_type("Trial").FAIL, "reach": math.nan, "torque": math.nan}
+        self._answers[trial] = make("Trial", study=self._bag.name, reason=reason, **fields)
+
+    def _tell(self, trial: Any) -> None:
+        self._publish("trials", self._bag.append("trials", trial))
+        told = _told(trial)
+        self.study.tell(told)
+        urdf = self._urdfs.pop(told.number)
+        evaluation = self._evaluations.pop(told.number, None)
+        if told.values is None:
+            self.failed += 1
+            self._log(f"trial {told.number} failed: {trial.reason}")
+        elif evaluation is not None and (self.best is None or evaluation.reach > self.best[0].reach):
+            self.best = (evaluation, urdf)
+
+    def _record_evaluator(self, status: Any, state: int) -> None:
+        event = decode("EvaluatorStatus", encode(status))
+        event.state = state
+        event.studies, event.trials, event.attempts = [], np.empty(0, np.uint32), np.empty(0, np.uint32)
+        self._bag.append("evaluators", event)
+
+
+def _told(trial: Any) -> Told:
+    complete = trial.state == message_type("Trial").COMPLETE
+    return Told(int(trial.trial), (float(trial.reach), float(trial.torque)) if complete else None)
+
+
+def evaluation_fault(evaluation: Any, n_voxels: int) -> str:
+    """Return what is wrong with the values of an Evaluation, or ""."""
+    for name in ("voxel_reach", "voxel_torque", "voxel_torque_sd", "voxel_out_of_range", "voxel_not_converged",
+                 "voxel_in_collision"):  # fmt: skip
+        values = getattr(evaluation, name)
+        if len(values) != n_voxels:
+            return f"{name} has {len(values)} entries, not {n_voxels}"
+        if not np.all(np.isfinite(values)) or np.any(values < 0):
+            return f"{name} holds a number that is negative or not finite"
+    if np.any(evaluation.voxel_reach > 1):
+        return "voxel_reach above 1"
+    for total, part in (("reach", "voxel_reach"), ("torque", "voxel_torque")):
+        value, parts = getattr(evaluation, total), math.fsum(getattr(evaluation, part))
+        if not math.isfinite(value) or abs(value - parts) > 1e-9 * max(1.0, parts):
+            return f"{total} is {value!r}, but {part} adds up to {parts!r}"
+    return ""

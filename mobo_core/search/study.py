@@ -1,0 +1,149 @@
+"""The ordered study: trial n sees the values of trials 0 to n - in_flight, whatever else is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import optuna
+from optuna.trial import TrialState
+from pydantic import Field
+
+from mobo_core.design import Design, DesignSpace
+from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.search.samplers import SamplerName, sampler_factory
+from mobo_core.settings import Settings
+
+optuna.logging.set_verbosity(optuna.logging.WARNING)
+
+
+class StudySettings(Settings):
+    """All that the trials of a study depend on. Two studies of equal settings have equal trials.
+
+    ``in_flight`` is the number of trials asked before the first of them is told: it is part of the function,
+    whatever the number of evaluators.
+    """
+
+    space: DesignSpace = DesignSpace()
+    spec: EvaluationSpec = EvaluationSpec()
+    sampler: SamplerName = "tpe"
+    n_startup_trials: int = Field(100, ge=1, le=1_000_000)
+    seed: int = Field(0, ge=0, lt=2**63)
+    in_flight: int = Field(8, ge=1, le=10_000)
+
+    def first_difference(self, other: StudySettings) -> tuple[str, Any, Any] | None:
+        """Return (name, own value, other's value) of the first setting that differs, or None."""
+
+        def flat(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:
+            out: dict[str, Any] = {}
+            for name, value in values.items():
+                out |= flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
+            return out
+
+        own, others = flat(self.to_dict()), flat(other.to_dict())
+        for name, value in own.items():
+            if others.get(name) != value:
+                return name, value, others.get(name)
+        return None
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A trial that the sampler asks for.
+
+    Attributes:
+        number: of the trial, from 0.
+        design: the arm.
+        params: the sampler's own parameters.
+    """
+
+    number: int
+    design: Design
+    params: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a trial came to: (reach, torque in N m), or None if it failed."""
+
+    number: int
+    values: tuple[float, float] | None
+
+
+class OrderedStudy:
+    """Ask and tell in the one order that makes a study a function of its settings.
+
+    Trials are told in the order of their numbers. What the sampler sees lags behind: just before trial n is
+    asked, it is given the values of trials 0 to n - in_flight, so that it never depends on timing whether
+    a value was known.
+    """
+
+    def __init__(self, settings: StudySettings) -> None:
+        self.settings = settings
+        self._sampler = sampler_factory(settings.sampler, settings.seed, settings.n_startup_trials)
+        self._optuna = optuna.create_study(directions=["maximize", "minimize"], sampler=self._sampler(0))
+        self._asked: list[Asked] = []
+        self._told: list[Told] = []
+        self._seen = 0
+
+    @property
+    def asked(self) -> list[Asked]:
+        """The trials asked so far, by number."""
+        return self._asked
+
+    @property
+    def told(self) -> list[Told]:
+        """The trials told so far, by number."""
+        return self._told
+
+    def may_ask(self) -> bool:
+        """Return whether the next trial's turn has come."""
+        return len(self._told) > len(self._asked) - self.settings.in_flight
+
+    def ask(self) -> Asked:
+        """Draw the next trial. Only when :meth:`may_ask`."""
+        number = len(self._asked)
+        self._catch_up(number)
+        self._optuna.sampler = self._sampler(number)
+        trial = self._optuna.ask()
+        design = self.settings.space.suggest(trial)
+        asked = Asked(number, design, dict(trial.params))
+        self._asked.append(asked)
+        return asked
+
+    def recall(self, params: dict[str, Any]) -> Asked:
+        """Take the next trial from a record instead of from the sampler."""
+        number = len(self._asked)
+        self._catch_up(number)
+        space = self.settings.space
+        asked = Asked(number, space.design(params), params)
+        self._optuna.add_trial(
+            optuna.trial.create_trial(
+                state=TrialState.RUNNING, params=params, distributions=space.distributions(params)
+            )
+        )
+        self._asked.append(asked)
+        return asked
+
+    def tell(self, told: Told) -> None:
+        """Take the values of the next trial in order.
+
+        Raises:
+            ValueError: it is another trial's turn.
+        """
+        if told.number != len(self._told) or told.number >= len(self._asked):
+            raise ValueError(f"trial {told.number} told, but it is the turn of trial {len(self._told)}")
+        self._told.append(told)
+
+    def _catch_up(self, number: int) -> None:
+        """Let the sampler see what trial ``number`` may see."""
+        last = number - self.settings.in_flight
+        if last >= len(self._told):
+            raise ValueError(f"trial {number} asked before trial {last} is told")
+        while self._seen <= last:
+            told = self._told[self._seen]
+            if told.values is None:
+                self._optuna.tell(told.number, state=TrialState.FAIL)
+            else:
+                self._optuna.tell(told.number, list(told.values))
+            self._seen += 1
