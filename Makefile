@@ -1,0 +1,40 @@
+# Needs python3 (3.11 or 3.12, with venv and headers), git, gcc, g++, cmake and make; `make setup` checks for each.
+
+PYTHON ?= python3
+TRIALS ?= 300
+PYTEST_ARGS ?=
+# empty: setup does not compile the kernel
+WARM ?= 1
+
+SHELL := /bin/bash
+export PYTHON TRIALS WARM
+
+# Tests stay on this machine, and leave nothing in /dev/shm when they kill a node.
+TEST_ENV := ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST FASTDDS_BUILTIN_TRANSPORTS=UDPv4
+
+.PHONY: help setup test demo lint build clean
+
+help: ## show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-k name' the tests."
+
+setup: ## make .venv/ and install/, or what of them is out of date
+	@.ci/setup.sh
+
+test: setup ## setup, then ruff, mypy and all tests
+	@$(MAKE) --no-print-directory lint
+	@$(TEST_ENV) .ci/in-env pytest $(PYTEST_ARGS)
+
+demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, and a report of it
+	@.ci/demo.sh
+
+lint: ## ruff and mypy (after setup)
+	@.venv/bin/ruff check .
+	@.venv/bin/mypy
+
+build: ## build the messages and nodes into install/ anew
+	@.ci/setup.sh build
+
+clean: ## remove all that setup made; bags stay
+	rm -rf .venv build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
