@@ -65,6 +65,11 @@ class StudyBag:
         ]
         self.past = study_from(self._contents, self.folder)
 
+    @property
+    def recording(self) -> bool:
+        """Whether this session has written anything."""
+        return self._file is not None
+
     def append(self, topic: str, message: Any) -> bytes:
         """Append a message to a topic (relative name), flush, and return its CDR bytes."""
         data = encode(message)

@@ -20,6 +20,8 @@ from mobo_core.messages import SCHEMA_VERSION, make, message_type, spec_from_mes
 
 AUDIT_POSES = 8
 
+AnswerEngine = Literal["kernel", "reference", "simulated"]
+
 
 @functools.cache
 def host_id() -> str:
@@ -43,7 +45,7 @@ class Answering:
     """
 
     evaluator: str
-    engine: Literal["kernel", "reference", "simulated"] = "kernel"
+    engine: AnswerEngine = "kernel"
     threads: int = 1
     simulated_s: float = 0.1
 

@@ -1,0 +1,71 @@
+"""The ``mobo`` command: works on files and bags, needs no ROS."""
+
+# PYTHON_ARGCOMPLETE_OK
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from mobo_core import __version__
+from mobo_core.errors import MoboError
+
+# One module of mobo_core.commands each, in the order --help lists them.
+VERBS = ("evaluate", "report", "verify", "export", "bag", "bench", "doctor")
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong with the arguments in one line, exit code 2."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and exit with 2."""
+        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of all verbs.
+
+    A module of :mod:`mobo_core.commands` offers ``add(verbs)``: it adds a parser whose default ``run`` is a
+    function from the parsed arguments to the exit code.
+    """
+    top = Parser(
+        prog="mobo",
+        description="Which robot arm to build: evaluate arms, and read, check and report recorded studies.",
+        epilog="Studies are run by ROS 2 nodes: ros2 run mobo study --help",
+    )
+    top.add_argument("--version", action="version", version=f"mobo {__version__}")
+    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True, parser_class=Parser)
+    for verb in VERBS:
+        importlib.import_module(f"mobo_core.commands.{verb}").add(verbs)
+    return top
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one verb and return its exit code: 0 good, 1 the answer is no, 2 bad input."""
+    top = parser()
+    try:
+        import argcomplete
+
+        argcomplete.autocomplete(top)
+    except ImportError:
+        pass
+    args = top.parse_args(arguments)
+    try:
+        code: int = args.run(args)
+        return code
+    except MoboError as error:
+        print(f"mobo {args.verb}: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # the reader of our output has enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The verbs of the ``mobo`` command, one module each."""

@@ -1,0 +1,46 @@
+"""Arms on the command line: ``--joints YPPYPY --lengths 0.05,0.2,…``."""
+
+from __future__ import annotations
+
+import argparse
+
+from mobo_core.design import Design, DesignSpace, to_urdf
+from mobo_core.errors import InputError
+
+
+def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add --joints, --lengths, --total and --space."""
+    parser.add_argument("--joints", help="joint order in R (roll), P (pitch), Y (yaw), such as YPPYPY")
+    parser.add_argument("--lengths", help="link lengths in m, comma-separated, one a joint")
+    parser.add_argument("--total", type=float, help="m, what the lengths must add up to [the space's: 0.6]")
+    parser.add_argument("--space", help="YAML file of the DesignSpace: masses, radius, limits")
+
+
+def design_space(args: argparse.Namespace, n_joints: int) -> DesignSpace:
+    """Return the space that the arguments name, for so many joints."""
+    space = DesignSpace.from_yaml(args.space) if args.space else DesignSpace()
+    total = space.total_length if args.total is None else args.total
+    return DesignSpace.of({**space.to_dict(), "n_joints": n_joints, "total_length": total}, where="space")
+
+
+def arm_design(args: argparse.Namespace) -> tuple[Design, DesignSpace]:
+    """Return the arm that --joints and --lengths describe.
+
+    Raises:
+        InputError: one is missing, or they do not fit.
+    """
+    if not args.joints or args.lengths is None:
+        raise InputError("no arm given", where="arguments", expected="URDF_FILE, or --joints and --lengths")
+    try:
+        lengths = tuple(float(word) for word in args.lengths.split(","))
+    except ValueError:
+        raise InputError(repr(args.lengths), where="--lengths", expected="numbers in m, such as 0.1,0.2,0.3") from None
+    design = Design(args.joints.upper(), lengths)
+    space = design_space(args, len(lengths))
+    design.check_total(space.total_length)
+    return design, space
+
+
+def arm_urdf(args: argparse.Namespace) -> str:
+    """Return the URDF of :func:`arm_design`."""
+    return to_urdf(*arm_design(args))

@@ -1,0 +1,148 @@
+"""The evaluator node: answers the candidates that name it, each in a worker process."""
+
+from __future__ import annotations
+
+import os
+import re
+import socket
+import sys
+import threading
+from typing import Any, get_args
+
+from mobo_core import __version__
+from mobo_core.errors import InputError, StudyError
+from mobo_core.evaluation.answer import AnswerEngine, Answering, host_id
+from mobo_core.evaluation.pool import WorkerPool
+from mobo_core.messages import decode, encode, make, message_type
+from mobo_core.settings import choices
+from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, Trial
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from mobo.parameters import EVALUATOR, declare, help_text
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, run
+
+HELP = help_text(
+    "evaluator",
+    "Evaluate arms: announce itself, take candidates while workers are free, answer each.",
+    EVALUATOR,
+    ["", "--ros-args -p workers:=1", "--ros-args -r __node:=big_machine -p workers:=16"],
+)
+
+_HEARTBEAT_S = 1.0
+
+
+class _Evaluator:
+    def __init__(self, node: Node, pool: WorkerPool, values: dict[str, Any]) -> None:
+        self._node, self._pool, self._values = node, pool, values
+        self._answered = 0
+        self._announced = False
+        self.collected = threading.Event()
+        self._kinds = message_type("EvaluatorStatus")
+        self._evaluations = node.create_publisher(Evaluation, "evaluations", MESSAGES_QOS)
+        self._status = node.create_publisher(EvaluatorStatus, "evaluators", MESSAGES_QOS)
+        node.create_subscription(Candidate, "candidates", self._on_candidate, CANDIDATES_QOS, raw=True)
+        node.create_subscription(Trial, "trials", self._on_trial, MESSAGES_QOS, raw=True)
+        node.create_timer(_HEARTBEAT_S, self.beat)
+
+    def _on_candidate(self, data: bytes) -> None:
+        try:
+            candidate = decode("Candidate", data)
+        except InputError as error:
+            self._node.get_logger().warning(f"candidate ignored: {error}", throttle_duration_sec=1.0)
+            return
+        if candidate.evaluator == self._node.get_name():
+            self._pool.submit(candidate)
+
+    def _on_trial(self, data: bytes) -> None:
+        # A candidate that still waits for a worker while its trial is told elsewhere is no longer needed.
+        try:
+            told = decode("Trial", data)
+        except InputError:
+            return
+        self._pool.drop(lambda c: not (c.study == told.study and c.trial == told.trial))
+
+    def collect(self) -> None:
+        """Publish the answers that came in from workers."""
+        try:
+            answers = self._pool.collect()
+        except RuntimeError as error:
+            raise StudyError(str(error)) from None
+        self.collected.set()
+        for answer in answers:
+            self._evaluations.publish(answer)
+            self._answered += 1
+        if not self._announced and self._pool.ready:
+            self._announced = True
+            self._node.get_logger().info(f"{self._node.get_name()}: {len(self._pool)} workers ready")
+            self.beat()
+
+    def beat(self) -> None:
+        """Say that this evaluator is there, and what it holds; not before a worker can work."""
+        if self._announced:
+            self._publish(self._kinds.ALIVE)
+
+    def leave(self) -> None:
+        """Say goodbye, so that its candidates go elsewhere at once."""
+        if self._announced:
+            self._publish(self._kinds.LEFT)
+
+    def _publish(self, state: int) -> None:
+        held = self._pool.held() if state == self._kinds.ALIVE else []
+        status = make(
+            "EvaluatorStatus",
+            evaluator=self._node.get_name(),
+            state=state,
+            workers=len(self._pool),
+            threads=self._values["threads"],
+            engine=self._values["engine"],
+            studies=[candidate.study for candidate in held],
+            trials=[candidate.trial for candidate in held],
+            attempts=[candidate.attempt for candidate in held],
+            answered=self._answered,
+            mobo_version=__version__,
+            host_id=host_id(),
+            pid=os.getpid(),
+        )
+        self._status.publish(encode(status))
+
+
+def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+    values = declare(node, EVALUATOR)
+    if values["engine"] not in get_args(AnswerEngine):
+        raise InputError(repr(values["engine"]), where="parameter engine", expected=choices(AnswerEngine))
+    answering = Answering(node.get_name(), values["engine"], values["threads"], values["simulated_s"])
+    pool = WorkerPool(answering, values["workers"], values["evaluation_timeout_s"])
+    evaluator = _Evaluator(node, pool, values)
+    # One thread does nothing but wait for workers; all else happens on the executor's.
+    something = node.create_guard_condition(evaluator.collect)
+    closing = threading.Event()
+
+    def watch() -> None:
+        while not closing.is_set():
+            pool.wait(0.5)
+            evaluator.collected.clear()
+            something.trigger()
+            evaluator.collected.wait(1.0)
+
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    try:
+        while not stop:
+            executor.spin_once(timeout_sec=0.1)
+        evaluator.leave()
+        return 0
+    finally:
+        closing.set()
+        watcher.join(1.0)
+        pool.close()
+
+
+def main() -> int:
+    """Run the node; return its exit code."""
+    host = re.sub(r"\W", "_", socket.gethostname(), flags=re.ASCII)
+    return run(f"evaluator_{host}_{os.getpid()}", HELP, _body)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

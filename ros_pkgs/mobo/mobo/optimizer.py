@@ -1,0 +1,150 @@
+"""The optimizer node: asks for arms to be evaluated, and records all that is said."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from mobo_core.bag.study_bag import StudyBag
+from mobo_core.design import DesignSpace
+from mobo_core.errors import MoboError
+from mobo_core.evaluation import load_spec
+from mobo_core.messages import encode, message_type
+from mobo_core.search.dispatch import Dispatcher
+from mobo_core.search.optimizer import Optimizer
+from mobo_core.search.study import StudySettings
+from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, StudyStatus, Trial
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from mobo.parameters import OPTIMIZER, declare, help_text, overrides
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
+from mobo.viewer import BestArm
+
+HELP = help_text(
+    "optimizer",
+    "Run a study: publish candidate arms, collect evaluations, record everything into a bag.",
+    OPTIMIZER,
+    [
+        "--ros-args -p study_name:=first -p n_trials:=300",
+        "--ros-args -p study_name:=first -p n_trials:=1000 -p resume:=true",
+        "--ros-args -p n_joints:=7 -p sampler:=paper -p n_trials:=20000",
+    ],
+)
+
+_TICK_S = 0.1
+_STATUS_S = 0.5
+
+
+def settings_from(values: dict[str, Any], given: set[str]) -> StudySettings:
+    """Return the study's settings from the parameters; ``given`` names those set from outside.
+
+    Raises:
+        InputError: a value or file that does not fit.
+    """
+    space = DesignSpace.from_yaml(values["space"]) if values["space"] else DesignSpace()
+    fields = space.to_dict()
+    paper = values["sampler"] == "paper"
+    if paper and not values["space"]:
+        fields["lengths"] = "sequential"
+    for name in ("n_joints", "lengths"):
+        if name in given:
+            fields[name] = values[name]
+    in_flight = 1 if paper and "in_flight" not in given else values["in_flight"]
+    return StudySettings.of(
+        {
+            "space": DesignSpace.of(fields, where="space"),
+            "spec": load_spec(values["spec"]),
+            "in_flight": in_flight,
+            **{name: values[name] for name in ("sampler", "n_startup_trials", "seed")},
+        },
+        where="parameters",
+    )
+
+
+def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+    values = declare(node, OPTIMIZER)
+    settings = settings_from(values, overrides(node))
+    folder = Path(values["bag"] or f"bags/{values['study_name']}")
+    prefix = node.get_namespace().rstrip("/") + "/"
+    log = node.get_logger().info
+    bag = StudyBag(
+        folder, values["study_name"], settings, resume=values["resume"], node=node.get_fully_qualified_name(),
+        prefix=prefix,
+    )  # fmt: skip
+    try:
+        publishers = {
+            "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
+            "trials": node.create_publisher(Trial, "trials", MESSAGES_QOS),
+            "study": node.create_publisher(StudyStatus, "study", STATUS_QOS),
+        }
+        dispatcher = Dispatcher(
+            lease_s=values["lease_s"],
+            max_attempts=values["max_attempts"],
+            evaluation_timeout_s=values["evaluation_timeout_s"],
+        )
+        optimizer = Optimizer(
+            bag, settings, values["n_trials"], dispatcher,
+            publish=lambda topic, data: publishers[topic].publish(data), log=log,
+        )  # fmt: skip
+        states, clock, best = message_type("StudyStatus"), time.monotonic, BestArm(node)
+
+        def report() -> None:
+            publishers["study"].publish(encode(optimizer.status(states.RUNNING)))
+            if optimizer.best is not None:
+                best.show(*optimizer.best, settings.spec)
+
+        # Raw: the bag holds the bytes that came, and nothing is parsed before its size is known.
+        node.create_subscription(
+            EvaluatorStatus, "evaluators", lambda data: optimizer.on_evaluator(data, clock()), MESSAGES_QOS, raw=True
+        )
+        node.create_subscription(
+            Evaluation, "evaluations", lambda data: optimizer.on_evaluation(data, clock()), MESSAGES_QOS, raw=True
+        )
+        node.create_timer(_TICK_S, lambda: optimizer.tick(clock()))
+        node.create_timer(_STATUS_S, report)
+        log(f"study {values['study_name']}: {values['n_trials']} trials into {folder}")
+        if not optimizer.done:
+            optimizer.record_status(states.RUNNING)
+        while not (stop or optimizer.done):
+            executor.spin_once(timeout_sec=_TICK_S)
+        report()
+        told, total = len(optimizer.study.told), values["n_trials"]
+        if optimizer.done:
+            final = optimizer.status(states.DONE)
+            log(f"done: {told} trials told, {optimizer.failed} failed")
+        else:
+            final = optimizer.status(states.STOPPED, "stopped by a signal")
+            log(f"stopped after {told} of {total} trials; resume:=true goes on")
+        publishers["study"].publish(encode(final))
+        if not optimizer.done or bag.recording:
+            bag.append("study", final)
+        bag.close()
+        publishers["study"].wait_for_all_acked(Duration(seconds=1))
+        return 0 if optimizer.done else 1
+    except MoboError:
+        _close_quietly(bag)
+        raise
+    except BaseException:
+        bag.close()
+        raise
+
+
+def _close_quietly(bag: StudyBag) -> None:
+    # The bag may be what failed: what is on disk stays, and the first error is the one to tell.
+    try:
+        bag.close()
+    except MoboError:
+        pass
+
+
+def main() -> int:
+    """Run the node; return its exit code."""
+    return run("optimizer", HELP, _body)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

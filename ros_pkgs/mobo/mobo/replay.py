@@ -1,0 +1,92 @@
+"""The replay node: plays a recorded study below ``replay/``, for viewers."""
+
+from __future__ import annotations
+
+import sys
+import time
+from typing import Any
+
+from mobo_core.bag.reader import entries
+from mobo_core.bag.record import read_study
+from mobo_core.errors import InputError
+from mobo_core.messages import TOPICS, decode
+from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from mobo.parameters import REPLAY, declare, help_text
+from mobo.runtime import MESSAGES_QOS, Stop, run
+from mobo.viewer import BestArm
+
+HELP = help_text(
+    "replay",
+    "Play a bag: its messages below replay/, with the best arm so far as replay/robot_description and "
+    "replay/voxels.",
+    REPLAY,
+    ["--ros-args -p bag:=bags/first", "--ros-args -p bag:=bags/first -p rate:=100"],
+)
+
+_TYPES = {
+    kind.__name__: kind for kind in (Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial)
+}
+
+
+def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+    values = declare(node, REPLAY)
+    if not values["bag"]:
+        raise InputError("no bag given", where="parameter bag", expected="-p bag:=FOLDER")
+    study = read_study(values["bag"])
+    for fault in study.faults:
+        node.get_logger().warning(f"{fault}; playing what comes before")
+    publishers = {
+        topic: node.create_publisher(_TYPES[kind], f"replay/{topic}", MESSAGES_QOS) for topic, kind in TOPICS.items()
+    }
+    best, best_reach = BestArm(node, "replay/"), -1.0
+    # Whoever waits for it needs a moment to find these publishers.
+    _pause(executor, stop, 0.5)
+    began, first_ns, played = time.monotonic(), None, 0
+    for entry in entries(study.contents):
+        topic = entry.topic.rsplit("/", 1)[-1]
+        if TOPICS.get(topic) != entry.kind:
+            continue
+        first_ns = entry.time_ns if first_ns is None else first_ns
+        if values["rate"] > 0:
+            due = began + (entry.time_ns - first_ns) * 1e-9 / values["rate"]
+            _pause(executor, stop, due - time.monotonic())
+        if stop:
+            node.get_logger().info(f"stopped after {played} messages")
+            return 1
+        publishers[topic].publish(entry.data)
+        played += 1
+        if entry.kind == "Trial":
+            best_reach = _show_best(study, decode("Trial", entry.data), best, best_reach)
+    for publisher in publishers.values():
+        publisher.wait_for_all_acked(Duration(seconds=5))
+    node.get_logger().info(f"played {played} messages of {values['bag']}")
+    return 0
+
+
+def _pause(executor: SingleThreadedExecutor, stop: Stop, seconds: float) -> None:
+    until = time.monotonic() + seconds
+    while not stop and (left := until - time.monotonic()) > 0:
+        executor.spin_once(timeout_sec=min(left, 0.1))
+
+
+def _show_best(study: Any, trial: Any, best: BestArm, best_reach: float) -> float:
+    """Show the arm of a trial if it reaches more than all before; return the highest reach so far."""
+    evaluation = study.accepted(int(trial.trial))
+    candidate = study.candidate_of(int(trial.trial))
+    if evaluation is None or candidate is None or not trial.reach > best_reach:
+        return best_reach
+    best.show(evaluation, candidate.urdf, study.settings.spec)
+    return float(trial.reach)
+
+
+def main() -> int:
+    """Run the node; return its exit code."""
+    return run("replay", HELP, _body)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

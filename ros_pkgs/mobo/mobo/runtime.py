@@ -1,0 +1,87 @@
+"""What every node's main does: environment, signals, and errors as exit codes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable
+from types import FrameType
+
+# A study stays on its own host unless its user says otherwise; read by the middleware when it starts.
+os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+import rclpy  # noqa: E402
+from mobo_core.errors import MoboError  # noqa: E402
+from mobo_core.processes import die_with_parent  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.node import Node  # noqa: E402
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
+from rclpy.signals import SignalHandlerOptions  # noqa: E402
+
+# Set by the study supervisor for its children: "PID SIGNAL".
+PARENT_VARIABLE = "MOBO_PARENT"
+
+
+def qos(depth: int = 1000, *, latched: bool = False) -> QoSProfile:
+    """Return a reliable profile; latched: who joins later gets the last ``depth`` messages."""
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+# Latched, so that a candidate sent while its evaluator is still being discovered is not lost.
+CANDIDATES_QOS = qos(64, latched=True)
+MESSAGES_QOS = qos()
+STATUS_QOS = qos(1, latched=True)
+
+
+class Stop:
+    """Set by SIGINT and SIGTERM."""
+
+    def __init__(self) -> None:
+        self._event = threading.Event()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, self._handle)
+
+    def _handle(self, number: int, frame: FrameType | None) -> None:
+        self._event.set()
+
+    def __bool__(self) -> bool:
+        """Return whether to stop."""
+        return self._event.is_set()
+
+
+def run(name: str, help_text: str, body: Callable[[Node, SingleThreadedExecutor, Stop], int]) -> int:
+    """Run a node: ``body`` gets the node, its executor and the stop flag, and returns the exit code.
+
+    Errors that mobo raises on purpose become one line on stderr and their exit code.
+    """
+    if {"-h", "--help"} & set(sys.argv[1:]):
+        print(help_text)
+        return 0
+    if parent := os.environ.pop(PARENT_VARIABLE, ""):
+        pid, number = parent.split()
+        die_with_parent(int(pid), int(number))
+    stop = Stop()
+    try:
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    except Exception as error:  # rcl's own exceptions have no common base
+        print(f"mobo {name}: arguments not understood ({' '.join(str(error).split())[:300]})", file=sys.stderr)
+        return 2
+    node = None
+    try:
+        node = Node(name)
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        return body(node, executor, stop)
+    except MoboError as error:
+        print(f"mobo {name.split('_')[0]}: {error}", file=sys.stderr)
+        return error.exit_code
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()

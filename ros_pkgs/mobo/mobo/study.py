@@ -1,0 +1,162 @@
+"""The study node: an optimizer and evaluators on this host, started, watched, and ended together."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+from mobo_core.errors import InputError
+from mobo_core.messages import decode, message_type
+from mobo_msgs.msg import StudyStatus
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from mobo.parameters import EVALUATOR, OPTIMIZER, STUDY, declare, help_text, overrides
+from mobo.progress import StudyProgress
+from mobo.runtime import PARENT_VARIABLE, STATUS_QOS, Stop, run
+
+HELP = help_text(
+    "study",
+    "Run a whole study on this host: one optimizer, some evaluators, a progress bar. More evaluators may join.",
+    STUDY,
+    ["--ros-args -p study_name:=first -p n_trials:=300", "--ros-args -p n_joints:=7 -p evaluators:=1 -p workers:=8"],
+)
+
+# A child that keeps dying without any progress between its deaths will not come up.
+_MAX_DEATHS = 5
+_RESTART_S = 1.0
+_PATIENCE_S = 10.0
+
+
+class _Child:
+    """A node as a child process, killed by the kernel if this process ends, however it ends."""
+
+    def __init__(self, module: str, arguments: list[str], parting_signal: int) -> None:
+        self._module, self._arguments, self._signal = module, arguments, parting_signal
+        self.deaths, self.died_at = 0, 0.0
+        self.start()
+
+    def start(self, more: list[str] | None = None) -> None:
+        command = [sys.executable, "-m", f"mobo.{self._module}", "--ros-args", *self._arguments, *(more or [])]
+        parent = {PARENT_VARIABLE: f"{os.getpid()} {int(self._signal)}"}
+        # A process group of its own: Ctrl-C reaches this node, which then ends the others in order.
+        self.process = subprocess.Popen(command, env={**os.environ, **parent}, process_group=0)
+
+    def stop(self, number: int = signal.SIGTERM) -> None:
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+
+    def wait(self, until: float) -> None:
+        try:
+            self.process.wait(max(0.0, until - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+
+
+def _arguments(node: Node, values: dict[str, Any], names: set[str], given: set[str]) -> list[str]:
+    """Return the command line that hands on the parameters which were set here."""
+    arguments = ["-r", f"__ns:={node.get_namespace()}"]
+    for name in sorted(names & given):
+        arguments += ["-p", f"{name}:={json.dumps(values[name])}"]
+    return arguments
+
+
+class _Supervisor:
+    def __init__(self, node: Node, values: dict[str, Any], given: set[str]) -> None:
+        self._progress = StudyProgress(values["study_name"], values["n_trials"])
+        self._told_at_death = -1
+        asked = _arguments(node, values, {p.name for p in OPTIMIZER}, given)
+        self.optimizer = _Child("optimizer", asked, signal.SIGTERM)
+        # It refuses bad parameters or a bag in use before there is anything to evaluate.
+        self.evaluators: list[_Child] = []
+        answered = _arguments(node, values, {p.name for p in EVALUATOR}, given | {"workers"})
+        for _ in range(values["evaluators"]):
+            self.evaluators.append(_Child("evaluator", answered, signal.SIGKILL))
+        self._study = values["study_name"]
+        self.status: Any = None
+        node.create_subscription(StudyStatus, "study", self._on_status, STATUS_QOS, raw=True)
+
+    def _on_status(self, data: bytes) -> None:
+        try:
+            status = decode("StudyStatus", data)
+        except InputError:
+            return
+        if status.study == self._study:
+            self.status = status
+            self._progress.show(status)
+
+    def step(self) -> int | None:
+        """Restart what died; return the exit code when the optimizer has ended for good."""
+        code = self.optimizer.process.poll()
+        if code is not None:
+            if code >= 0:
+                return code
+            if self._gave_up(self.optimizer):
+                self._progress.say("the optimizer keeps dying")
+                return 1
+            self._progress.say(f"optimizer died of signal {-code}; resuming")
+            self.optimizer.start(["-p", "resume:=true"])
+        now = time.monotonic()
+        for child in self.evaluators:
+            if child.process.poll() is None:
+                continue
+            if not child.died_at:
+                child.died_at = now
+                if self._gave_up(child):
+                    self._progress.say("an evaluator keeps dying")
+                    return 1
+                self._progress.say(f"an evaluator ended with {child.process.returncode}; starting another")
+            elif now - child.died_at > _RESTART_S:
+                child.died_at = 0.0
+                child.start()
+        return None
+
+    def _gave_up(self, child: _Child) -> bool:
+        told = -1 if self.status is None else int(self.status.told)
+        if told > self._told_at_death:
+            for other in [self.optimizer, *self.evaluators]:
+                other.deaths = 0
+        self._told_at_death = told
+        child.deaths += 1
+        return child.deaths > _MAX_DEATHS
+
+    def close(self) -> None:
+        """End the optimizer, which finishes its bag, then the evaluators; leave none behind."""
+        until = time.monotonic() + _PATIENCE_S
+        self.optimizer.stop()
+        self.optimizer.wait(until)
+        for child in self.evaluators:
+            child.stop()
+        for child in self.evaluators:
+            child.wait(until)
+        self._progress.close()
+
+
+def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+    values = declare(node, STUDY)
+    supervisor = _Supervisor(node, values, overrides(node))
+    code: int | None = None
+    try:
+        while not stop and code is None:
+            executor.spin_once(timeout_sec=0.1)
+            code = supervisor.step()
+    finally:
+        supervisor.close()
+    if code is None:
+        code = supervisor.optimizer.process.returncode
+    return code if code in (0, 2) else 1
+
+
+def main() -> int:
+    """Run the node; return its exit code."""
+    return run("study", HELP, _body)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
