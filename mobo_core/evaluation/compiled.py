@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import fcntl
 import functools
 import hashlib
 import os
+import shutil
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
@@ -37,6 +40,26 @@ def is_compiled() -> bool:
     return (cache_folder() / "complete").exists()
 
 
+def use_cache_folder() -> None:
+    """Have Numba keep what it compiles in :func:`cache_folder`, or in a folder of this process if it cannot.
+
+    Called by the modules of compiled functions before the first of them: Numba settles where a function is
+    kept as it decorates it, and would choose ``__pycache__`` otherwise.
+    """
+    import numba
+
+    folder = cache_folder()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        kept = os.access(folder, os.W_OK)
+    except OSError:
+        kept = False
+    if not kept:
+        folder = Path(tempfile.mkdtemp(prefix="mobo-kernel-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    numba.config.CACHE_DIR = str(folder)
+
+
 def _to_stderr(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
@@ -47,12 +70,9 @@ def kernel(say: Callable[[str], None] = _to_stderr) -> ModuleType:
 
     The first process on a machine compiles under a file lock; others wait for it. Both say so.
     """
-    import numba
-
     folder = cache_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        numba.config.CACHE_DIR = str(folder)
         lock = (folder / "lock").open("a")
     except OSError as error:
         say(f"mobo: cannot keep the compiled kernel ({error.strerror}: {folder}); compiling for this process")

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from numba import njit
 
+from mobo_core.evaluation.compiled import use_cache_folder
+
+use_cache_folder()
+
 
 @njit(cache=True, nogil=True)
 def segment_distance_squared(a0, a1, b0, b1):

@@ -12,6 +12,10 @@ import math
 import numpy as np
 from numba import njit
 
+from mobo_core.evaluation.compiled import use_cache_folder
+
+use_cache_folder()
+
 # Independent streams of random numbers; the first word of the counter that is hashed.
 STREAM_ORIENTATION = 1
 STREAM_START = 2
