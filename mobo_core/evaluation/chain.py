@@ -155,7 +155,8 @@ def _flatten(model: Any, tip_frame: int, tip: str, checked: CheckedUrdf) -> Chai
     frames = [_transposed(np.eye(3))]
     placement_r, placement_p, mass, com = [], [], [], []
     for i in range(1, n + 1):
-        own = pin.getJointJacobian(model, data, i, pin.LOCAL)[3:, i - 1]
+        # Pinocchio gives the Jacobian of a single joint as a vector.
+        own = np.reshape(pin.getJointJacobian(model, data, i, pin.LOCAL), (6, n))[3:, i - 1]
         frame = _axis_frame([float(v) for v in own])
         back = _transposed(frames[-1])
         placement = model.jointPlacements[i]

@@ -50,7 +50,7 @@ class ReferenceModel:
         jac: Array = pin.computeFrameJacobian(
             self.model, self.data, q, self.chain.tip_frame, pin.LOCAL_WORLD_ALIGNED
         )
-        return jac
+        return jac.reshape(6, self.chain.n)  # Pinocchio gives that of a single joint as a vector
 
     def torque(self, q: Array) -> Array:
         """Return the torques in N m that hold the arm at ``q``, shape (n,)."""
