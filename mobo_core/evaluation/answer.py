@@ -6,6 +6,7 @@ import functools
 import hashlib
 import socket
 import time
+import traceback
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -50,7 +51,11 @@ class Answering:
     simulated_s: float = 0.1
 
     def answer(self, candidate: Any) -> Any:
-        """Return the Evaluation of a Candidate: OK, or REJECTED with the reason, or FAILED if its audit fails."""
+        """Return the Evaluation of a Candidate.
+
+        OK; or REJECTED with the reason if the candidate is bad; or FAILED if its audit fails or something
+        unforeseen happens.
+        """
         kinds = message_type("Evaluation")
         try:
             if candidate.schema_version != SCHEMA_VERSION:
@@ -60,6 +65,9 @@ class Answering:
             result = self._evaluate(candidate, spec)
         except InputError as error:
             return self.refusal(candidate, kinds.REJECTED, str(error))
+        except Exception as error:
+            traceback.print_exc()
+            return self.refusal(candidate, kinds.FAILED, f"{type(error).__name__}: {error}")
         if result.audit_fault:
             return self.refusal(candidate, kinds.FAILED, result.audit_fault)
         return make("Evaluation", **self._who(candidate), **result_fields(result))

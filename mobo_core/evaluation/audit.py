@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from mobo_core.evaluation.chain import Chain
-from mobo_core.evaluation.numerics import STREAM_AUDIT, stream, target_rotation, uniform
+from mobo_core.evaluation.numerics import STREAM_AUDIT, pick, target_rotation
 from mobo_core.evaluation.spec import EvaluationSpec
 
 if TYPE_CHECKING:
@@ -37,8 +37,7 @@ def audit(
     m = len(postures.voxel)
     if not m:
         return 0, 0.0, ""
-    state = stream(spec.seed, STREAM_AUDIT, number, m, 0)
-    chosen = sorted({int(uniform(state, k) * m) for k in range(min(count, m))})
+    chosen = sorted({pick(spec.seed, STREAM_AUDIT, number, k, m) for k in range(min(count, m))})
     model = ReferenceModel(chain)
     centres, target_r = spec.voxel_centres(), np.empty((3, 3))
     worst, fault = 0.0, ""

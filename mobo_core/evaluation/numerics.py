@@ -49,6 +49,12 @@ def uniform(state: int, k: int) -> float:
     return (mix(state, k) >> _S11) * _TO_UNIT
 
 
+@njit(cache=True)
+def pick(seed: int, kind: int, a: int, k: int, count: int) -> int:
+    """Return choice number ``k`` of the stream (seed, kind, a), one of 0 to ``count`` - 1."""
+    return int(uniform(stream(seed, kind, a, count, 0), k) * count)
+
+
 # pi/2 in three parts: products of the first two with a small whole number are exact.
 _HALF_PI_1 = 1.5707963267341256
 _HALF_PI_2 = 6.077100506303966e-11

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import subprocess
@@ -129,6 +130,10 @@ class WorkerPool:
 
     def _replace(self, i: int, reason: str) -> list[bytes]:
         worker = self._workers[i]
+        if not reason:
+            # Its connection has closed, so it is ending: its own exit code is worth a moment.
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                worker.process.wait(1.0)
         worker.process.kill()
         code = worker.process.wait()
         worker.connection.close()
@@ -147,7 +152,6 @@ class WorkerPool:
         for worker in self._workers:
             if self._waiting and worker.ready and worker.candidate is None:
                 worker.candidate, worker.since = self._waiting.pop(0), self._clock()
-                try:
+                # If it just died, collect() finds out and answers for it.
+                with contextlib.suppress(OSError):
                     worker.connection.send_bytes(encode(worker.candidate))
-                except OSError:
-                    pass  # it just died: collect() finds out and answers for it

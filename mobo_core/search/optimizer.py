@@ -37,6 +37,7 @@ class Optimizer:
         dispatcher: hands trials to evaluators.
         publish: sends bytes on a topic (relative name).
         log: takes lines for people.
+        warn: takes lines on what went wrong; a flood of them may come.
     """
 
     def __init__(
@@ -47,10 +48,12 @@ class Optimizer:
         dispatcher: Dispatcher,
         publish: Publish,
         log: Callable[[str], None] = print,
+        warn: Callable[[str], None] = print,
     ) -> None:
         self.settings, self.n_trials = settings, n_trials
         self.study = OrderedStudy(settings)
-        self._bag, self._dispatcher, self._publish, self._log = bag, dispatcher, publish, log
+        self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
+        self._log, self._warn = log, warn
         self._spec_message = spec_to_message(settings.spec)
         self._urdfs: dict[int, str] = {}
         self._answers: dict[int, Any] = {}  # trial -> Trial message, waiting for its turn
@@ -71,7 +74,7 @@ class Optimizer:
         try:
             status = decode("EvaluatorStatus", data)
         except InputError as error:
-            self._log(str(error))
+            self._warn(str(error))
             return
         kinds = message_type("EvaluatorStatus")
         name = status.evaluator
@@ -100,12 +103,12 @@ class Optimizer:
             evaluation = decode("Evaluation", data)
         except InputError as error:
             self.answers_unused += 1
-            self._log(f"answer ignored: {error}")
+            self._warn(f"answer ignored: {error}")
             return
         trial = int(evaluation.trial)
         if evaluation.study != self._bag.name or trial >= len(self.study.asked):
             self.answers_unused += 1
-            self._log(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
+            self._warn(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
             return
         if trial not in self._dispatcher.open_trials:
             if self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED:
@@ -122,7 +125,7 @@ class Optimizer:
         lost, exhausted = self._dispatcher.expire(now)
         for name in lost:
             self._record_evaluator(make("EvaluatorStatus", evaluator=name), message_type("EvaluatorStatus").LOST)
-            self._log(f"{name} lost: its candidates go to others")
+            self._warn(f"{name} lost: its candidates go to others")
         for trial in exhausted:
             self._give_up(trial, "timed out on every attempt")
         while True:
@@ -238,7 +241,7 @@ class Optimizer:
         elif verdict is Verdict.EXHAUSTED:
             self._answer(evaluation, reason)
         elif verdict is Verdict.RETRY:
-            self._log(f"trial {trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason}")
+            self._warn(f"trial {trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason}")
         return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
 
     def _answer(self, evaluation: Any, failure: str) -> None:
@@ -269,7 +272,7 @@ class Optimizer:
         evaluation = self._evaluations.pop(told.number, None)
         if told.values is None:
             self.failed += 1
-            self._log(f"trial {told.number} failed: {trial.reason}")
+            self._warn(f"trial {told.number} failed: {trial.reason}")
         elif evaluation is not None and (self.best is None or evaluation.reach > self.best[0].reach):
             self.best = (evaluation, urdf)
 

@@ -89,6 +89,7 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         optimizer = Optimizer(
             bag, settings, values["n_trials"], dispatcher,
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
+            warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
         )  # fmt: skip
         states, clock, best = message_type("StudyStatus"), time.monotonic, BestArm(node)
 

@@ -61,7 +61,8 @@ class _Child:
 
 def _arguments(node: Node, values: dict[str, Any], names: set[str], given: set[str]) -> list[str]:
     """Return the command line that hands on the parameters which were set here."""
-    arguments = ["-r", f"__ns:={node.get_namespace()}"]
+    # The progress bar tells what the nodes would; warnings come through.
+    arguments = ["-r", f"__ns:={node.get_namespace()}", "--log-level", "warn"]
     for name in sorted(names & given):
         arguments += ["-p", f"{name}:={json.dumps(values[name])}"]
     return arguments
