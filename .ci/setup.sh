@@ -125,10 +125,11 @@ if [ "$found" != "$wanted" ]; then
     *) say ".venv is for Python ${found%%$'\n'*}, asked for is $version: making it anew" ;;
   esac
   say "making .venv for Python $version"
+  base=$("$python" -c 'import sys; print(sys._base_executable)') # $python may be the one in .venv, activated
   rm -rf .venv build install log
   options=()
   [ -z "$ros" ] || options=(--system-site-packages)
-  logged venv "$python" -m venv "${options[@]}" .venv
+  logged venv "$base" -m venv "${options[@]}" .venv
 fi
 export VIRTUAL_ENV=$venv PATH=$venv/bin:$PATH
 
