@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 @contextmanager
-def voxel_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+def bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Yield a function to call with (done, in all)."""
     if quiet or not sys.stderr.isatty():
         yield lambda done, total: None
@@ -17,6 +17,6 @@ def voxel_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as shown:
+        task = shown.add_task(title, total=None)
+        yield lambda done, total: shown.update(task, completed=done, total=total)

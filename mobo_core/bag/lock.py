@@ -28,7 +28,8 @@ class BagLock:
         except OSError:
             holder = self._holder()
             self._file.close()
-            raise InputError(f"in use by {holder}", where=str(folder), expected="a bag no optimizer writes to") from None
+            expected = "a bag no optimizer writes to"
+            raise InputError(f"in use by {holder}", where=str(folder), expected=expected) from None
         self._file.truncate(0)
         json.dump({"node": node, "host": socket.gethostname(), "pid": os.getpid()}, self._file)
         self._file.flush()

@@ -35,7 +35,14 @@ class StudyBag:
     """
 
     def __init__(
-        self, folder: Path, name: str, settings: StudySettings, *, resume: bool, node: str = "optimizer", prefix: str = "/"
+        self,
+        folder: Path,
+        name: str,
+        settings: StudySettings,
+        *,
+        resume: bool,
+        node: str = "optimizer",
+        prefix: str = "/",
     ) -> None:
         self.folder, self.name, self._prefix = folder, name, prefix
         self.past: StudyRecord | None = None

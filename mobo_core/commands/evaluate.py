@@ -37,6 +37,7 @@ def run(args: argparse.Namespace) -> int:
     """Evaluate and print."""
     from mobo_core.evaluation import EvaluationSpec, load_spec
     from mobo_core.evaluation.evaluate import evaluate
+    from mobo_core.progress import bar
 
     if args.threads < 1:
         raise InputError(str(args.threads), where="--threads", expected="1 or more")
@@ -47,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("both URDF_FILE and --joints", where="arguments", expected="one of them")
     urdf = _read(args.urdf_file) if args.urdf_file else arm_urdf(args)
     where = args.urdf_file or "arm"
-    with _progress(args) as progress:
+    with bar("evaluating", quiet=args.json) as progress:
         try:
             result = evaluate(
                 urdf, spec, tip=args.tip, engine=args.engine, threads=args.threads, progress=progress
@@ -93,10 +94,3 @@ def _read(path: str) -> bytes:
             return file.read(MAX_BYTES + 1)
     except OSError as error:
         raise InputError(error.strerror or str(error), where=path, expected="a URDF file") from None
-
-
-def _progress(args: argparse.Namespace) -> Any:
-    """Return a context that yields a progress callback: a bar on a terminal for what takes over two seconds."""
-    from mobo_core.progress import voxel_bar
-
-    return voxel_bar("evaluating", quiet=args.json)

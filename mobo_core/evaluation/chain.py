@@ -11,9 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from mobo_core.errors import InputError
-from mobo_core.evaluation.geometry import segment_distance_squared
+from mobo_core.evaluation.geometry import place_capsules, segment_distance_squared
 from mobo_core.evaluation.kernel import forward
-from mobo_core.evaluation.geometry import place_capsules
 from mobo_core.evaluation.urdf import CheckedUrdf, check_urdf
 
 Array = np.ndarray[Any, np.dtype[Any]]

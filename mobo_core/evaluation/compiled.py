@@ -57,7 +57,7 @@ def use_cache_folder() -> None:
     if not kept:
         folder = Path(tempfile.mkdtemp(prefix="mobo-kernel-"))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    numba.config.CACHE_DIR = str(folder)
+    numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
 
 
 def _to_stderr(text: str) -> None:

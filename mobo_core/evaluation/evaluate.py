@@ -245,6 +245,7 @@ def _reference_call(chain: Chain, spec: EvaluationSpec) -> Callable[[int, int, _
     centres, question = spec.voxel_centres(), _question(spec)
 
     def compute(first: int, last: int, out: _Outputs) -> None:
-        evaluate_voxels_reference(chain, centres, first, last, *question, *out.part(0, last - first))
+        arguments = (*question, *out.part(0, last - first))
+        evaluate_voxels_reference(chain, centres, first, last, *arguments)
 
     return compute

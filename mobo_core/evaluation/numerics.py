@@ -8,6 +8,7 @@ used without fastmath throughout, so that it neither reorders nor contracts.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -29,7 +30,7 @@ _TO_UNIT = 1.0 / 9007199254740992.0  # 2**-53
 
 
 @njit(cache=True)
-def mix(state: int, word: int) -> int:
+def mix(state: Any, word: Any) -> Any:
     """Fold one 64-bit word into a 64-bit state (the finaliser of SplitMix64, Steele et al. 2014)."""
     z = (np.uint64(state) ^ np.uint64(word)) + _GOLDEN
     z = (z ^ (z >> _S30)) * _MIX_1
@@ -38,13 +39,13 @@ def mix(state: int, word: int) -> int:
 
 
 @njit(cache=True)
-def stream(seed: int, kind: int, a: int, b: int, c: int) -> int:
+def stream(seed: int, kind: int, a: int, b: int, c: int) -> Any:
     """Return the state that starts the stream of random numbers for (seed, kind, a, b, c)."""
     return mix(mix(mix(mix(mix(np.uint64(0), seed), kind), a), b), c)
 
 
 @njit(cache=True)
-def uniform(state: int, k: int) -> float:
+def uniform(state: Any, k: int) -> Any:
     """Return number k of a stream, uniform in [0, 1) with 53 bits."""
     return (mix(state, k) >> _S11) * _TO_UNIT
 

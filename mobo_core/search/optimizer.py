@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -110,10 +109,10 @@ class Optimizer:
             self.answers_unused += 1
             self._warn(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
             return
-        if trial not in self._dispatcher.open_trials:
-            if self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED:
-                self.answers_unused += 1
-                return
+        told = trial not in self._dispatcher.open_trials
+        if told and self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED:
+            self.answers_unused += 1
+            return
         self._bag.append_raw("evaluations", "Evaluation", data)
         if not self._judge(evaluation):
             self.answers_unused += 1

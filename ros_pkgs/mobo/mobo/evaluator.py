@@ -9,6 +9,11 @@ import sys
 import threading
 from typing import Any, get_args
 
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from mobo.parameters import EVALUATOR, declare, help_text
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, run
 from mobo_core import __version__
 from mobo_core.errors import InputError, StudyError
 from mobo_core.evaluation.answer import AnswerEngine, Answering, host_id
@@ -16,11 +21,6 @@ from mobo_core.evaluation.pool import WorkerPool
 from mobo_core.messages import decode, encode, make, message_type
 from mobo_core.settings import choices
 from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, Trial
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-
-from mobo.parameters import EVALUATOR, declare, help_text
-from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, run
 
 HELP = help_text(
     "evaluator",

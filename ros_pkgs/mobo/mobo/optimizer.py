@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
+from rclpy.duration import Duration
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from mobo.parameters import OPTIMIZER, declare, help_text, overrides
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
+from mobo.viewer import BestArm
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.design import DesignSpace
 from mobo_core.errors import MoboError
@@ -16,13 +24,6 @@ from mobo_core.search.dispatch import Dispatcher
 from mobo_core.search.optimizer import Optimizer
 from mobo_core.search.study import StudySettings
 from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, StudyStatus, Trial
-from rclpy.duration import Duration
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-
-from mobo.parameters import OPTIMIZER, declare, help_text, overrides
-from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
-from mobo.viewer import BestArm
 
 HELP = help_text(
     "optimizer",
@@ -126,20 +127,11 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         bag.close()
         publishers["study"].wait_for_all_acked(Duration(seconds=1))
         return 0 if optimizer.done else 1
-    except MoboError:
-        _close_quietly(bag)
-        raise
     except BaseException:
-        bag.close()
+        # The bag may be what failed: what is on disk stays, and the first error is the one to tell.
+        with contextlib.suppress(MoboError):
+            bag.close()
         raise
-
-
-def _close_quietly(bag: StudyBag) -> None:
-    # The bag may be what failed: what is on disk stays, and the first error is the one to tell.
-    try:
-        bag.close()
-    except MoboError:
-        pass
 
 
 def main() -> int:

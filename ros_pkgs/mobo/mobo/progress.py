@@ -6,9 +6,10 @@ import sys
 import time
 from typing import Any
 
-from mobo_core.messages import message_type
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from mobo_core.messages import message_type
 
 _LINE_EVERY_S = 5.0
 

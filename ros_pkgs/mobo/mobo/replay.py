@@ -6,11 +6,6 @@ import sys
 import time
 from typing import Any
 
-from mobo_core.bag.reader import entries
-from mobo_core.bag.record import read_study
-from mobo_core.errors import InputError
-from mobo_core.messages import TOPICS, decode
-from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -18,6 +13,11 @@ from rclpy.node import Node
 from mobo.parameters import REPLAY, declare, help_text
 from mobo.runtime import MESSAGES_QOS, Stop, run
 from mobo.viewer import BestArm
+from mobo_core.bag.reader import entries
+from mobo_core.bag.record import read_study
+from mobo_core.errors import InputError
+from mobo_core.messages import TOPICS, decode
+from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 
 HELP = help_text(
     "replay",

@@ -13,12 +13,13 @@ from types import FrameType
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 import rclpy  # noqa: E402
-from mobo_core.errors import MoboError  # noqa: E402
-from mobo_core.processes import die_with_parent  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rclpy.signals import SignalHandlerOptions  # noqa: E402
+
+from mobo_core.errors import MoboError  # noqa: E402
+from mobo_core.processes import die_with_parent  # noqa: E402
 
 # Set by the study supervisor for its children: "PID SIGNAL".
 PARENT_VARIABLE = "MOBO_PARENT"

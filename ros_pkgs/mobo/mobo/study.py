@@ -10,15 +10,15 @@ import sys
 import time
 from typing import Any
 
-from mobo_core.errors import InputError
-from mobo_core.messages import decode, message_type
-from mobo_msgs.msg import StudyStatus
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from mobo.parameters import EVALUATOR, OPTIMIZER, STUDY, declare, help_text, overrides
 from mobo.progress import StudyProgress
 from mobo.runtime import PARENT_VARIABLE, STATUS_QOS, Stop, run
+from mobo_core.errors import InputError
+from mobo_core.messages import decode
+from mobo_msgs.msg import StudyStatus
 
 HELP = help_text(
     "study",

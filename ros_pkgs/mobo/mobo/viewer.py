@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from geometry_msgs.msg import Point
-from mobo_core.evaluation.spec import EvaluationSpec
 from rclpy.node import Node
 from std_msgs.msg import ColorRGBA, String
 from visualization_msgs.msg import Marker, MarkerArray
 
 from mobo.runtime import STATUS_QOS
+from mobo_core.evaluation.spec import EvaluationSpec
 
 # N m: the ends of the paper's colour scale, green to red.
 TORQUE_GREEN, TORQUE_RED = 3.0, 10.0

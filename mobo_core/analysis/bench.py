@@ -1,0 +1,96 @@
+"""Speed and completeness of the evaluation, both sides of each ratio measured in one run."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable
+from typing import Any
+
+from mobo_core.design import Design, DesignSpace, to_urdf
+from mobo_core.evaluation.evaluate import Postures, Result, evaluate
+from mobo_core.evaluation.spec import EvaluationSpec
+
+# Arms of the paper's and of known structures, with spread and with concentrated lengths.
+DESIGNS: tuple[tuple[str, tuple[float, ...]], ...] = (
+    ("PRRYPY", (0.06, 0.27, 0.16, 0.11, 0.0, 0.0)),
+    ("PRRYPY", (0.1, 0.1, 0.1, 0.1, 0.1, 0.1)),
+    ("YPPYPY", (0.05, 0.25, 0.2, 0.05, 0.0, 0.05)),
+    ("YPPYPY", (0.0, 0.3, 0.3, 0.0, 0.0, 0.0)),
+    ("YPPPYP", (0.05, 0.2, 0.15, 0.1, 0.05, 0.05)),
+    ("YPPPYP", (0.0, 0.3, 0.25, 0.05, 0.0, 0.0)),
+    ("RPYPRP", (0.05, 0.1, 0.2, 0.15, 0.1, 0.0)),
+    ("RPYPRP", (0.0, 0.0, 0.3, 0.3, 0.0, 0.0)),
+    ("YPRYPY", (0.05, 0.25, 0.2, 0.1, 0.0, 0.0)),
+    ("YPYPYPR", (0.05, 0.15, 0.1, 0.15, 0.05, 0.1, 0.0)),
+    ("YPYPYPR", (0.0, 0.0, 0.3, 0.0, 0.3, 0.0, 0.0)),
+    ("YPRRYPY", (0.05, 0.05, 0.25, 0.15, 0.1, 0.0, 0.0)),
+    ("YPRRYPY", (0.0, 0.0, 0.3, 0.15, 0.15, 0.0, 0.0)),
+)
+
+_RUNS = 3
+_EXHAUSTIVE_ITERATIONS = 100
+
+
+def bench_evaluate(
+    designs: list[Design],
+    spec: EvaluationSpec,
+    exhaustive_attempts: int,
+    reference_poses: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> dict[str, Any]:
+    """Measure the kernel on each design, one thread, after warm-up.
+
+    ``us_per_pose`` counts all poses, unreachable ones too (median of three runs). ``ratio_reference`` compares
+    both engines on the first ``reference_poses`` poses of every voxel. ``recall`` is the share of the poses
+    an exhaustive search reaches (``exhaustive_attempts`` of 100 iterations; none if 0) that the spec's own
+    search reaches; ``reach_exhaustive`` is that search's reach.
+    """
+    rows: list[dict[str, Any]] = []
+    reference_us: list[float] = []
+    few = spec.model_copy(update={"poses_per_voxel": reference_poses})
+    long = spec.model_copy(update={"restarts": exhaustive_attempts - 1, "iterations": _EXHAUSTIVE_ITERATIONS})
+    for i, design in enumerate(designs):
+        space = DesignSpace(n_joints=len(design.joints), total_length=design.total_length)
+        urdf = to_urdf(design, space)
+        evaluate(urdf, few)  # warm-up
+        runs = [evaluate(urdf, spec, postures=True) for _ in range(_RUNS)]
+        seconds = statistics.median(run.seconds for run in runs)
+        few_seconds = statistics.median(evaluate(urdf, few).seconds for _ in range(_RUNS))
+        reference = evaluate(urdf, few, engine="reference")
+        if reference.iterations:
+            reference_us.append(1e6 * reference.seconds / reference.iterations)
+        recall, exhaustive_reach = 1.0, runs[0].reach
+        if exhaustive_attempts:
+            exhaustive = evaluate(urdf, long, postures=True)
+            recall, exhaustive_reach = _recall(runs[0], exhaustive), exhaustive.reach
+        rows.append(
+            {
+                "name": design.name,
+                "lengths": list(design.lengths),
+                "reach": runs[0].reach,
+                "reach_exhaustive": exhaustive_reach,
+                "recall": recall,
+                "us_per_pose": 1e6 * seconds / (spec.n_voxels * spec.poses_per_voxel),
+                "ratio_reference": reference.seconds / few_seconds,
+            }
+        )
+        progress(i + 1, len(designs))
+    return {
+        "designs": rows,
+        "median_ratio": statistics.median(row["ratio_reference"] for row in rows),
+        "min_recall": min(row["recall"] for row in rows),
+        "median_us_per_pose": statistics.median(row["us_per_pose"] for row in rows),
+        "us_per_iteration_reference": statistics.median(reference_us) if reference_us else 0.0,
+    }
+
+
+def _recall(own: Result, exhaustive: Result) -> float:
+    """Return the share of the exhaustive search's poses that the own search reaches."""
+    there = _targets(exhaustive.postures)
+    return len(there & _targets(own.postures)) / len(there) if there else 1.0
+
+
+def _targets(postures: Postures | None) -> set[tuple[int, int]]:
+    if postures is None:
+        return set()
+    return set(zip(postures.voxel.tolist(), postures.pose.tolist(), strict=True))

@@ -1,0 +1,76 @@
+"""``mobo bench``: how fast and how complete the evaluation is, on this machine."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from typing import Any
+
+from mobo_core.errors import InputError
+
+
+def add(verbs: Any) -> None:
+    """Add the verb's parser."""
+    parser = verbs.add_parser("bench", help="measure speed and completeness on this machine")
+    benches = parser.add_subparsers(dest="bench", metavar="BENCH", required=True)
+    evaluate = benches.add_parser(
+        "evaluate",
+        help="the kernel against the reference engine and an exhaustive search",
+        description="Measure the evaluation of some arms, single-threaded, after warm-up: time a pose, speed "
+        "against the reference engine on the same poses, and recall of what an exhaustive search finds.",
+        epilog="examples:\n  mobo bench evaluate\n"
+        "  mobo bench evaluate --json --design YPPYPY:0.05,0.25,0.2,0.05,0,0.05",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    evaluate.add_argument("--design", action="append", metavar="NAME:l1,l2,…", help="an arm; may be repeated")
+    evaluate.add_argument("--spec", default="paper", help="preset or YAML file [paper]")
+    evaluate.add_argument("--ik", choices=["paper"], help="inverse kinematics, over the spec's")
+    evaluate.add_argument("--attempts", type=int, default=200, help="of the exhaustive search; 0: leave it out [200]")
+    evaluate.add_argument("--reference-poses", type=int, default=2, metavar="N",
+                          help="poses a voxel for the comparison with the reference engine [2]")  # fmt: skip
+    evaluate.add_argument("--json", action="store_true", help="print JSON")
+    evaluate.set_defaults(run=run_evaluate)
+
+
+def run_evaluate(args: argparse.Namespace) -> int:
+    """Measure and print."""
+    from mobo_core.analysis.bench import DESIGNS, bench_evaluate
+    from mobo_core.design import Design
+    from mobo_core.evaluation import EvaluationSpec, load_spec
+    from mobo_core.progress import bar
+
+    spec = load_spec(args.spec)
+    if args.ik:
+        spec = EvaluationSpec.of({**spec.to_dict(), "ik_mode": args.ik})
+    if args.attempts < 0 or not 1 <= args.reference_poses <= spec.poses_per_voxel:
+        raise InputError("--attempts or --reference-poses", where="arguments", expected="0 or more; 1 to the spec's")
+    designs = [_design(text) for text in args.design] if args.design else [Design(*d) for d in DESIGNS]
+    with bar("measuring", quiet=args.json) as progress:
+        found = bench_evaluate(designs, spec, args.attempts, args.reference_poses, progress)
+    if args.json:
+        print(json.dumps(found))
+        return 0
+    print(f"{'arm':9} {'reach':>7} {'exhaustive':>10} {'recall':>7} {'us/pose':>8} {'x reference':>11}   lengths in m")
+    for row in found["designs"]:
+        lengths = ",".join(f"{length:g}" for length in row["lengths"])
+        print(
+            f"{row['name']:9} {row['reach']:7.2f} {row['reach_exhaustive']:10.2f} {row['recall']:7.2%} "
+            f"{row['us_per_pose']:8.1f} {row['ratio_reference']:11.0f}   {lengths}"
+        )
+    print(
+        f"median {found['median_us_per_pose']:.1f} us a pose, {found['median_ratio']:.0f} x the reference "
+        f"({found['us_per_iteration_reference']:.1f} us an iteration); least recall {found['min_recall']:.2%}"
+    )
+    return 0
+
+
+def _design(text: str) -> Any:
+    from mobo_core.design import Design
+
+    name, _, lengths = text.partition(":")
+    try:
+        return Design(name, tuple(float(word) for word in lengths.split(",")))
+    except ValueError:
+        raise InputError(repr(text), where="--design", expected="NAME:l1,l2,… such as RPY:0.2,0.2,0.2") from None
+
+

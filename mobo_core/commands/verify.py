@@ -1,0 +1,57 @@
+"""``mobo verify``: whether a bag says the truth."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import Any
+
+from mobo_core.errors import InputError
+
+_MOST_SHOWN = 20
+
+
+def add(verbs: Any) -> None:
+    """Add the verb's parser."""
+    parser = verbs.add_parser(
+        "verify",
+        help="make a recorded study again and compare, to the bit",
+        description="Check a bag: every URDF by xacro, every design by the sampler, every evaluation by the "
+        "kernel, every told value, every trial told once. Exit code 1 names trial and field of what differs.",
+        epilog="examples:\n  mobo verify bags/first\n  mobo verify bags/first --sample 20",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("bag", metavar="BAG", help="folder of the bag")
+    parser.add_argument("--sample", type=int, metavar="N", help="make N evaluations again, not all")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, help="processes [cores]")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Verify and print what differs."""
+    from mobo_core.analysis.verify import verify
+    from mobo_core.bag.record import read_study
+    from mobo_core.evaluation.compiled import kernel
+    from mobo_core.progress import bar
+
+    for name in ("sample", "workers"):
+        value = getattr(args, name)
+        if value is not None and value < (0 if name == "sample" else 1):
+            raise InputError(str(value), where=f"--{name}", expected="a whole number, not negative")
+    study = read_study(args.bag)
+    kernel()  # before the workers: one compiles, not each
+    with bar("verifying") as progress:
+        found = verify(study, sample=args.sample, workers=args.workers, progress=progress)
+    for fault in found.faults[:_MOST_SHOWN]:
+        print(f"{args.bag}: {fault}", file=sys.stderr)
+    if len(found.faults) > _MOST_SHOWN:
+        print(f"{args.bag}: and {len(found.faults) - _MOST_SHOWN} more", file=sys.stderr)
+    if found.faults and found.other_versions:
+        others = ", ".join(f"{name} {old} (here {new})" for name, (old, new) in found.other_versions.items())
+        print(f"{args.bag}: recorded with {others}", file=sys.stderr)
+    print(
+        f"{'DIFFERS' if found.faults else 'good'}: {found.trials} trials told, {found.candidates} candidates, "
+        f"{found.designs} designs asked again, {found.evaluations} evaluations made again"
+    )
+    return 1 if found.faults else 0

@@ -1,0 +1,48 @@
+"""A message from one node to another and back, over the middleware: what `mobo doctor` tries."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+
+from mobo.runtime import MESSAGES_QOS
+from mobo_core.messages import decode, encode, make
+from mobo_msgs.msg import EvaluatorStatus
+
+import rclpy  # isort: skip  # after runtime, which keeps the discovery on this host
+from rclpy.executors import SingleThreadedExecutor  # isort: skip
+
+_PATIENCE_S = 15.0
+
+
+def main() -> int:
+    """Send until an answer comes back; print the time of one exchange."""
+    rclpy.init()
+    name = f"mobo_doctor_{os.getpid()}"
+    here, there = rclpy.create_node(name), rclpy.create_node(f"{name}_echo")
+    echo = there.create_publisher(EvaluatorStatus, f"{name}/back", MESSAGES_QOS)
+    there.create_subscription(EvaluatorStatus, f"{name}/out", echo.publish, MESSAGES_QOS, raw=True)
+    back: list[bytes] = []
+    here.create_subscription(EvaluatorStatus, f"{name}/back", back.append, MESSAGES_QOS, raw=True)
+    out = here.create_publisher(EvaluatorStatus, f"{name}/out", MESSAGES_QOS)
+    executor = SingleThreadedExecutor()
+    executor.add_node(here)
+    executor.add_node(there)
+    until = time.monotonic() + _PATIENCE_S
+    while time.monotonic() < until:
+        back.clear()
+        sent = time.monotonic()
+        out.publish(encode(make("EvaluatorStatus", evaluator=name)))
+        while not back and time.monotonic() < sent + 0.5:
+            executor.spin_once(timeout_sec=0.05)
+        if back and decode("EvaluatorStatus", back[0]).evaluator == name:
+            scope = os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"]
+            print(f"round trip in {1e3 * (time.monotonic() - sent):.1f} ms, discovery range {scope}")
+            return 0
+    print("no message came back", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
