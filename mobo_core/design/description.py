@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from xml.dom.minidom import parseString
+from xml.sax.saxutils import quoteattr
 
 import xacro
 
@@ -40,7 +41,8 @@ def _source(design: Design, space: DesignSpace) -> str:
     folder: Path = xacro_folder()
     lines = [f'<robot name="{design.name}" xmlns:xacro="http://www.ros.org/wiki/xacro">']
     lines += [
-        f'<xacro:include filename="{folder / name}.xacro"/>' for name in ("common", *sorted(_MACROS.values()))
+        f"<xacro:include filename={quoteattr(str(folder / f'{name}.xacro'))}/>"
+        for name in ("common", *sorted(_MACROS.values()))
     ]
     lines.append("<xacro:base/>")
     parent, offset = BASE_LINK, 0.0
