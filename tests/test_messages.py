@@ -1,0 +1,204 @@
+"""Messages as objects and as bytes."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from mobo_core import messages
+from mobo_core.errors import InputError
+from mobo_core.evaluation import EvaluationSpec
+from mobo_core.messages import TOPICS, decode, encode, header, make, spec_from_message, spec_to_message
+from mobo_core.resources import message_folder
+
+KINDS = ["EvaluationSpec", *TOPICS.values()]
+
+_NUMBERS = {
+    "bool": st.booleans(),
+    "float64": st.floats(),
+    "float32": st.floats(width=32),
+    **{f"uint{bits}": st.integers(0, 2**bits - 1) for bits in (8, 16, 32, 64)},
+    # CDR strings end in a zero byte; surrogates are not text.
+    "string": st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=20),
+}
+
+
+def specs() -> st.SearchStrategy[EvaluationSpec]:
+    """Specs that make sense."""
+    number = st.floats(0.001, 3.0)
+    return st.builds(
+        lambda shape, size, low, **rest: EvaluationSpec(
+            workspace_min=low, workspace_max=[a + n * size for a, n in zip(low, shape, strict=True)],
+            voxel_size=size, **rest,
+        ),
+        st.tuples(*[st.integers(1, 90)] * 3), number, st.tuples(*[st.floats(-10, 10)] * 3),
+        poses_per_voxel=st.integers(1, 60), restarts=st.integers(0, 1000), iterations=st.integers(1, 10000),
+        position_tolerance=st.floats(1e-300, 1), rotation_tolerance=st.floats(1e-300, math.pi),
+        self_collision=st.booleans(), gravity=st.tuples(*[st.floats(-30, 30)] * 3),
+        payload_kg=st.floats(0, 1e4), solution=st.sampled_from(["first", "least_torque"]),
+        seed=st.integers(0, 2**63 - 1),
+    )  # fmt: skip
+
+
+def messages_of(kind: str) -> st.SearchStrategy[Any]:
+    """Messages of a kind with anything its fields can hold."""
+    fields: dict[str, st.SearchStrategy[Any]] = {}
+    for name, (shape, element) in messages._fields(kind):
+        if name == "header":
+            fields[name] = st.integers(0, 2**31 * 10**9 - 1).map(header)
+        elif shape == "message":
+            fields[name] = specs().map(spec_to_message)
+        elif shape == "base":
+            fields[name] = _NUMBERS[element]
+        else:
+            length = {"min_size": 3, "max_size": 3} if shape == "array" else {"max_size": 5}
+            fields[name] = st.lists(_NUMBERS[element], **length)
+    return st.fixed_dictionaries(fields).map(lambda values: make(kind, **values))
+
+
+any_message = st.sampled_from(KINDS).flatmap(lambda kind: st.tuples(st.just(kind), messages_of(kind)))
+
+
+def plain(message: Any) -> Any:
+    """Return a message as nested tuples whose floats are bits, so that NaN equals NaN."""
+    if isinstance(message, np.ndarray):
+        return str(message.dtype), message.tobytes()
+    if isinstance(message, float):
+        return struct.pack("<d", message)
+    if hasattr(message, "__msgtype__"):
+        return tuple((name, plain(getattr(message, name))) for name in message.__dataclass_fields__)
+    return tuple(message) if isinstance(message, list) else message
+
+
+@given(any_message)
+def test_round_trip(case: tuple[str, Any]) -> None:
+    """Every message comes back from its bytes as it was, to the bit, and gives the same bytes again."""
+    kind, message = case
+    data = encode(message)
+    back = decode(kind, data)
+    assert type(back).__msgtype__ == f"mobo_msgs/msg/{kind}"
+    assert encode(back) == data
+    assert plain(back) == plain(message)
+
+
+@given(any_message, st.data())
+def test_truncated_bytes_are_refused(case: tuple[str, Any], data: st.DataObject) -> None:
+    """A message cut short anywhere is refused with an InputError that names its kind."""
+    kind, message = case
+    whole = encode(message)
+    cut = data.draw(st.integers(0, len(whole) - 1))
+    with pytest.raises(InputError, match=kind) as error:
+        decode(kind, whole[:cut])
+    assert "\n" not in str(error.value)
+
+
+@given(any_message, st.data())
+def test_damaged_bytes_are_read_or_refused(case: tuple[str, Any], data: st.DataObject) -> None:
+    """Changed bytes give some message or an InputError, nothing else."""
+    kind, message = case
+    whole = bytearray(encode(message))
+    for _ in range(data.draw(st.integers(1, 4))):
+        whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+    try:
+        decode(kind, bytes(whole))
+    except InputError as error:
+        assert "\n" not in str(error)
+
+
+@given(st.sampled_from(KINDS), st.binary(max_size=400))
+@example("Candidate", b"")
+@example("Evaluation", b"\x00\x01\x00\x00" + b"\xff" * 400)
+def test_garbage_is_read_or_refused(kind: str, garbage: bytes) -> None:
+    """Any bytes at all give a message or an InputError, nothing else."""
+    try:
+        decode(kind, garbage)
+    except InputError as error:
+        assert kind in str(error)
+
+
+def test_huge_bytes_are_refused_unread() -> None:
+    """Bytes beyond any message of mobo's are refused by their number."""
+    with pytest.raises(InputError, match="64000001 bytes; expected at most 64000000"):
+        decode("Candidate", bytes(64_000_001))
+
+
+@given(specs())
+def test_spec_round_trip(spec: EvaluationSpec) -> None:
+    """A spec comes back equal from its message, and from that message's bytes."""
+    message = spec_to_message(spec)
+    assert spec_from_message(message) == spec
+    assert spec_from_message(decode("EvaluationSpec", encode(message))) == spec
+
+
+def test_every_field_of_the_spec_is_in_its_message() -> None:
+    """The spec and its message have the same fields in the same order."""
+    assert [name for name, _ in messages._fields("EvaluationSpec")] == list(EvaluationSpec.model_fields)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("voxel_size", math.nan, "spec: voxel_size = nan; expected a finite number"),
+        ("voxel_size", 1e-9, "at most 1000000 voxels"),
+        ("poses_per_voxel", 0, "poses_per_voxel = 0"),
+        ("gravity", np.array([0, 0, math.inf]), "gravity.2 = inf"),
+        ("workspace_max", np.array([-0.5, 0.5, 0.5]), "at least one voxel"),
+        ("orientation", "free_roll", "orientation = 'free_roll'; expected 'full'"),
+        ("ik_mode", "", "ik_mode = ''"),
+        ("seed", 2**64 - 1, "seed"),
+    ],
+)
+def test_bad_spec_messages(field: str, value: Any, words: str) -> None:
+    """A message whose spec makes no sense is refused in one line, as a file would be."""
+    message = spec_to_message(EvaluationSpec())
+    setattr(message, field, value)
+    with pytest.raises(InputError) as error:
+        spec_from_message(message)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_fields_left_out_are_zero() -> None:
+    """A message made without fields is zero and empty, but for its header and schema version."""
+    message = make("Candidate", spec=spec_to_message(EvaluationSpec()))
+    assert (message.study, message.trial, message.urdf, len(message.lengths)) == ("", 0, "", 0)
+    assert message.schema_version == messages.SCHEMA_VERSION
+    assert message.header.frame_id == "base_link"
+    assert message.header.stamp.sec > 1_600_000_000
+    assert make("Evaluation").status == messages.message_type("Evaluation").OK == 0
+
+
+def test_unknown_fields_are_a_mistake() -> None:
+    """A field that the kind does not have is a programming error, said by name."""
+    with pytest.raises(TypeError, match="Trial has no field score"):
+        make("Trial", score=1.0)
+
+
+def test_header_of_a_time() -> None:
+    """A header takes nanoseconds since 1970."""
+    stamp = header(1_700_000_000_123_456_789).stamp
+    assert (stamp.sec, stamp.nanosec) == (1_700_000_000, 123_456_789)
+
+
+def test_every_kind_is_readable_with_rosbags_alone() -> None:
+    """With the definitions that a bag carries, rosbags alone reads mobo's bytes."""
+    message = make("Candidate", study="s", lengths=[0.25, 0.35], spec=spec_to_message(EvaluationSpec(seed=3)))
+    definition = messages.schema("Candidate")
+    assert definition.name == "mobo_msgs/msg/Candidate"
+    assert definition.type_hash.startswith("RIHS01_")
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(definition.definition, definition.name))
+    read = store.deserialize_cdr(encode(message), definition.name)
+    assert (read.study, read.spec.seed, list(read.lengths)) == ("s", 3, [0.25, 0.35])  # type: ignore[attr-defined]
+
+
+def test_every_message_has_a_topic() -> None:
+    """Every message file belongs to a topic or to the spec."""
+    assert {path.stem for path in message_folder().glob("*.msg")} == set(KINDS)
