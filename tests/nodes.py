@@ -1,0 +1,142 @@
+"""Real nodes as real processes, for tests: each test in a ROS domain of its own."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from mobo_core.bag.record import StudyRecord, read_study
+
+# A question that takes milliseconds: what the nodes do with it is the same.
+QUICK_SPEC = "poses_per_voxel: 2\nrestarts: 1\niterations: 20\n"
+
+PATIENCE_S = 60.0
+
+
+@contextmanager
+def own_domain() -> Iterator[dict[str, str]]:
+    """Yield the environment of a ROS domain that no other test on this machine uses meanwhile."""
+    for number in range(1, 100):
+        with (Path(tempfile.gettempdir()) / f"mobo-test-domain-{number}").open("a") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield {
+                **os.environ,
+                "ROS_DOMAIN_ID": str(number),
+                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+                "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4",
+            }
+            return
+    raise RuntimeError("no free ROS domain")
+
+
+class Nodes:
+    """Starts nodes and ends them all at the end of a test."""
+
+    def __init__(self, environment: dict[str, str], folder: Path) -> None:
+        self.environment, self.folder = environment, folder
+        self.spec = folder / "quick.yaml"
+        self.spec.write_text(QUICK_SPEC)
+        self._processes: list[subprocess.Popen[str]] = []
+
+    def start(self, executable: str, remap: str = "", **parameters: Any) -> subprocess.Popen[str]:
+        """Start a node; its output goes to a file of its own, see :meth:`output`."""
+        command = [sys.executable, "-m", f"mobo.{executable}", "--ros-args"]
+        command += ["-r", remap] if remap else []
+        for name, value in parameters.items():
+            command += ["-p", f"{name}:={json.dumps(str(value) if isinstance(value, Path) else value)}"]
+        log = (self.folder / f"{len(self._processes)}_{executable}.log").open("w+")
+        process = subprocess.Popen(
+            command, env=self.environment, stdout=log, stderr=subprocess.STDOUT, text=True, cwd=self.folder
+        )
+        process.log = log  # type: ignore[attr-defined]
+        self._processes.append(process)
+        return process
+
+    def study(self, bag: Path, **parameters: Any) -> subprocess.Popen[str]:
+        """Start a whole study with the quick spec."""
+        return self.start("study", **{"bag": bag, "study_name": "s", "spec": self.spec, "workers": 1, **parameters})
+
+    def optimizer(self, bag: Path, **parameters: Any) -> subprocess.Popen[str]:
+        """Start an optimizer with the quick spec."""
+        return self.start("optimizer", **{"bag": bag, "study_name": "s", "spec": self.spec, **parameters})
+
+    def close(self) -> None:
+        """Kill what is left."""
+        for process in self._processes:
+            if process.poll() is None:
+                process.kill()
+            process.wait()
+            process.log.close()  # type: ignore[attr-defined]
+
+
+def output(process: subprocess.Popen[str]) -> str:
+    """Return what a node has printed so far."""
+    log: Any = process.log  # type: ignore[attr-defined]
+    return Path(log.name).read_text()
+
+
+def finish(process: subprocess.Popen[str], timeout_s: float = PATIENCE_S) -> int:
+    """Wait for a node to end and return its exit code."""
+    try:
+        return process.wait(timeout_s)
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGKILL)
+        raise AssertionError(f"still running after {timeout_s:g} s:\n{output(process)}") from None
+
+
+def wait_for(what: Callable[[], Any], text: str, timeout_s: float = PATIENCE_S) -> Any:
+    """Wait until ``what`` returns something true, and return it."""
+    until = time.monotonic() + timeout_s
+    while time.monotonic() < until:
+        found = what()
+        if found:
+            return found
+        time.sleep(0.05)
+    raise AssertionError(f"waited {timeout_s:g} s for {text}")
+
+
+def told_so_far(bag: Path) -> int:
+    """Return how many trials a bag that is being written holds."""
+    try:
+        return len(read_study(bag).trials)
+    except Exception:  # not there yet, or just being begun
+        return 0
+
+
+def values(bag: Path) -> list[tuple[Any, ...]]:
+    """Return what defines a study's trials: (trial, parameters, state, reach, torque), by number."""
+    study: StudyRecord = read_study(bag)
+    assert not study.faults and not study.repeated
+    found = []
+    for number in sorted(study.trials):
+        trial, candidate = study.trials[number], study.candidate_of(number)
+        assert candidate is not None
+        found.append((number, candidate.params_json, int(trial.state), trial.reach.hex(), trial.torque.hex()))
+    return found
+
+
+def children_of(pid: int) -> list[int]:
+    """Return the process ids of all descendants."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                parent = int((entry / "stat").read_text().rsplit(")", 1)[1].split()[1])
+            except (OSError, ValueError):
+                continue
+            if parent == pid:
+                found += [int(entry.name), *children_of(int(entry.name))]
+    return found

@@ -1,0 +1,202 @@
+"""Whole studies over ROS 2: real nodes, real messages, real signals."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+from mobo_core.bag.record import read_study
+from nodes import Nodes, children_of, finish, output, told_so_far, values, wait_for
+from rosbags.highlevel import AnyReader
+
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
+
+N = 40
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[object, ...]]:
+    """The trials of the study that all others here must equal."""
+    from nodes import own_domain
+
+    folder = tmp_path_factory.mktemp("undisturbed")
+    with own_domain() as environment:
+        nodes = Nodes(environment, folder)
+        study = nodes.study(folder / "bag", n_trials=N, n_startup_trials=15, evaluators=1)
+        assert finish(study) == 0, output(study)
+        return values(folder / "bag")
+
+
+@pytest.mark.parametrize(("evaluators", "workers"), [(2, 1), (1, 2), (4, 1)])
+def test_trials_do_not_depend_on_evaluators(
+    nodes: Nodes, tmp_path: Path, undisturbed: list[object], evaluators: int, workers: int
+) -> None:
+    bag = tmp_path / "bag"
+    study = nodes.study(bag, n_trials=N, n_startup_trials=15, evaluators=evaluators, workers=workers)
+    assert finish(study) == 0, output(study)
+    assert values(bag) == undisturbed
+
+
+def test_bag_reads_with_rosbags_and_holds_each_trial_once(nodes: Nodes, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    assert finish(nodes.study(bag, n_trials=12, sampler="random")) == 0
+    with AnyReader([bag]) as reader:
+        told = [
+            reader.deserialize(data, connection.msgtype).trial
+            for connection, _, data in reader.messages()
+            if connection.topic == "/trials"
+        ]
+        topics = {name: info.msgcount for name, info in reader.topics.items()}
+    assert told == list(range(12))
+    assert topics["/candidates"] >= 12
+    assert topics["/evaluations"] >= 12
+
+
+def test_evaluator_killed_midway_changes_nothing(nodes: Nodes, tmp_path: Path, undisturbed: list[object]) -> None:
+    bag = tmp_path / "bag"
+    optimizer = nodes.optimizer(bag, n_trials=N, n_startup_trials=15)
+    evaluators = [nodes.start("evaluator", workers=1) for _ in range(2)]
+    wait_for(lambda: told_so_far(bag) >= 8, "8 trials")
+    # Stopped first, so that it surely holds a candidate when it dies.
+    evaluators[0].send_signal(signal.SIGSTOP)
+    wait_for(lambda: told_so_far(bag) >= 9 or optimizer.poll() is not None, "another trial")
+    evaluators[0].kill()
+    assert finish(optimizer) == 0, output(optimizer)
+    assert values(bag) == undisturbed
+
+
+def test_optimizer_killed_and_resumed_changes_nothing(
+    nodes: Nodes, tmp_path: Path, undisturbed: list[object]
+) -> None:
+    bag = tmp_path / "bag"
+    evaluator = nodes.start("evaluator", workers=1)
+    for told in (10, 25):
+        optimizer = nodes.optimizer(bag, n_trials=N, n_startup_trials=15, resume=True)
+        wait_for(lambda told=told: told_so_far(bag) >= told, f"{told} trials")
+        optimizer.kill()
+        optimizer.wait()
+    optimizer = nodes.optimizer(bag, n_trials=N, n_startup_trials=15, resume=True)
+    assert finish(optimizer) == 0, output(optimizer)
+    assert evaluator.poll() is None
+    assert values(bag) == undisturbed
+    assert len(list(bag.glob("*.mcap"))) == 3
+    with AnyReader([bag]) as reader:
+        assert reader.message_count > 3 * N
+
+
+def test_more_trials_later_are_the_trials_of_one_go(nodes: Nodes, tmp_path: Path, undisturbed: list[object]) -> None:
+    bag = tmp_path / "bag"
+    assert finish(nodes.study(bag, n_trials=N - 12, n_startup_trials=15)) == 0
+    assert finish(nodes.study(bag, n_trials=N, n_startup_trials=15, resume=True)) == 0
+    assert values(bag) == undisturbed
+    again = nodes.study(bag, n_trials=N, n_startup_trials=15, resume=True)
+    assert finish(again) == 0, output(again)
+    assert values(bag) == undisturbed
+
+
+def _digest(folder: Path) -> str:
+    return hashlib.sha256(
+        b"".join(path.name.encode() + path.read_bytes() for path in sorted(folder.iterdir()))
+    ).hexdigest()
+
+
+def test_existing_bag_is_refused_and_not_touched(nodes: Nodes, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    assert finish(nodes.study(bag, n_trials=4, sampler="random")) == 0
+    before = _digest(bag)
+    for parameters, says in (
+        ({}, "exists already"),
+        ({"resume": True, "seed": 1}, "seed"),
+        ({"resume": True, "in_flight": 3}, "in_flight"),
+        ({"resume": True, "n_joints": 7}, "space.n_joints"),
+        ({"resume": True, "spec": "paper"}, "spec."),
+        ({"resume": True, "sampler": "tpe"}, "sampler"),
+        ({"resume": True, "study_name": "other"}, "holds study 's'"),
+    ):
+        optimizer = nodes.optimizer(bag, **{"n_trials": 8, "sampler": "random", **parameters})
+        assert finish(optimizer) == 2
+        lines = [line for line in output(optimizer).splitlines() if line]
+        assert len(lines) == 1 and says in lines[0], lines
+        assert _digest(bag) == before
+
+
+def test_a_second_optimizer_on_a_bag_says_who_holds_it(nodes: Nodes, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    first = nodes.optimizer(bag, n_trials=4)
+    wait_for(lambda: list(bag.glob("*.mcap")), "the bag")
+    second = nodes.optimizer(bag, n_trials=4, resume=True)
+    assert finish(second) == 2
+    assert f"pid {first.pid}" in output(second)
+
+
+def test_ctrl_c_leaves_a_usable_bag_and_no_process(nodes: Nodes, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    study = nodes.study(bag, n_trials=100_000, sampler="random", evaluators=2)
+    wait_for(lambda: told_so_far(bag) >= 5, "5 trials")
+    family = children_of(study.pid)
+    assert len(family) == 5  # optimizer, two evaluators, a worker each
+    study.send_signal(signal.SIGINT)
+    assert finish(study, 20) == 1
+    assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
+    with AnyReader([bag]) as reader:
+        assert reader.topics["/trials"].msgcount >= 5
+    assert not read_study(bag).faults
+
+
+def test_killed_study_leaves_no_process(nodes: Nodes, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    study = nodes.study(bag, n_trials=100_000, sampler="random", evaluators=2)
+    wait_for(lambda: told_so_far(bag) >= 3, "3 trials")
+    family = children_of(study.pid)
+    assert len(family) == 5
+    study.kill()
+    wait_for(lambda: not [pid for pid in family if Path(f"/proc/{pid}").exists()], "all children to end", 20)
+    assert not read_study(bag).faults  # the optimizer had the time to finish its bag
+
+
+def test_study_restarts_a_dead_evaluator(nodes: Nodes, tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    study = nodes.study(bag, n_trials=30, sampler="random", evaluators=1, engine="simulated", simulated_s=0.1)
+    wait_for(lambda: told_so_far(bag) >= 3, "3 trials")
+    names = {pid: Path(f"/proc/{pid}/cmdline").read_bytes() for pid in children_of(study.pid)}
+    (evaluator,) = [pid for pid, name in names.items() if b"mobo.evaluator" in name]
+    os.kill(evaluator, signal.SIGKILL)
+    assert finish(study) == 0, output(study)
+    assert len({e.evaluator for e in read_study(bag).evaluations}) == 2
+
+
+def test_ros2_run_and_help(nodes: Nodes) -> None:
+    for executable in ("optimizer", "evaluator", "study", "replay"):
+        done = subprocess.run(
+            ["ros2", "run", "mobo", executable, "--help"], env=nodes.environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0
+        assert f"ros2 run mobo {executable}" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("parameter", "value", "says"),
+    [
+        ("n_trials", "many", "a whole number"),
+        ("n_trials", 0, "from 1"),
+        ("n_trails", 5, "unknown parameter"),
+        ("sampler", "best", "'tpe'"),
+        ("spec", "papers", "paper_fine"),
+        ("space", "nowhere.yaml", "nowhere.yaml"),
+        ("lengths", "long", "sequential"),
+        ("evaluators", -1, "from 1"),
+    ],
+)
+def test_bad_parameters_are_refused_in_one_line(
+    nodes: Nodes, tmp_path: Path, parameter: str, value: object, says: str
+) -> None:
+    executable = "study" if parameter == "evaluators" else "optimizer"
+    node = nodes.start(executable, **{"bag": tmp_path / "bag", parameter: value})
+    assert finish(node) == 2
+    lines = [line for line in output(node).splitlines() if line]
+    assert len(lines) == 1 and says in lines[0], lines
+    assert not (tmp_path / "bag").exists()
