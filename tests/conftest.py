@@ -2,8 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
 from hypothesis import settings
+from nodes import Nodes, own_domain
 
 # The same examples on every run, however slow the machine; `--hypothesis-profile=default` looks for new ones.
 settings.register_profile("mobo", deadline=None, derandomize=True, database=None)
 settings.load_profile("mobo")
+
+
+@pytest.fixture
+def nodes(tmp_path: Path) -> Iterator[Nodes]:
+    """Nodes in a ROS domain of their own."""
+    with own_domain() as environment:
+        started = Nodes(environment, tmp_path)
+        try:
+            yield started
+        finally:
+            started.close()
