@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
+import os
+import signal
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from nodes import Nodes, children_of, finish, output, told_so_far, values, wait_for
+
 from mobo_core.bag.record import read_study
 from mobo_core.design import Design, DesignSpace, to_urdf
+from mobo_core.errors import InputError
 from mobo_core.evaluation.answer import Answering
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.messages import decode, encode, make, message_type, spec_to_message
-from nodes import Nodes, finish, output, told_so_far, values, wait_for
+from mobo_core.messages import TOPICS, decode, encode, make, message_type, spec_to_message
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(180)]
 
@@ -25,10 +31,11 @@ class Peer:
     """A node of this test: publishes what it likes, hears everything."""
 
     def __init__(self, environment: dict[str, str]) -> None:
-        import mobo_msgs.msg
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
         from rclpy.qos import DurabilityPolicy, QoSProfile
+
+        import mobo_msgs.msg
 
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=int(environment["ROS_DOMAIN_ID"]))
@@ -37,17 +44,19 @@ class Peer:
         self.executor.add_node(self.node)
         self.heard: dict[str, list[Any]] = {}
         self._publishers = {}
-        latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        for topic, kind in (("candidates", "Candidate"), ("evaluations", "Evaluation"), ("evaluators", "EvaluatorStatus")):
+        self._latched = latched = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        for topic in ("candidates", "evaluations", "evaluators"):
+            kind = TOPICS[topic]
             cls = getattr(mobo_msgs.msg, kind)
             self._publishers[topic] = self.node.create_publisher(cls, topic, latched)
             self.hear(topic, kind, cls)
 
-    def hear(self, topic: str, kind: str, cls: Any, depth: int = 1000) -> None:
+    def hear(self, topic: str, kind: str, cls: Any, *, latched: bool = False) -> None:
         def take(data: bytes) -> None:
-            self.heard.setdefault(topic, []).append(decode(kind, data))
+            with contextlib.suppress(InputError):  # it hears its own garbage too
+                self.heard.setdefault(topic, []).append(decode(kind, data))
 
-        self.node.create_subscription(cls, topic, take, depth, raw=True)
+        self.node.create_subscription(cls, topic, take, self._latched if latched else 1000, raw=True)
 
     def send(self, topic: str, message: Any) -> None:
         self._publishers[topic].publish(message if isinstance(message, bytes) else encode(message))
@@ -102,11 +111,9 @@ def test_bad_candidates_are_rejected_with_the_reason_and_the_evaluator_lives(nod
     peer.send("candidates", b"\x00\x01\x00\x00garbage")
     peer.send("candidates", _candidate(20, "someone_else"))
     peer.send("candidates", _candidate(21, "e1"))
-    answers = peer.until(
-        lambda: (a := {int(e.trial): e for e in peer.heard.get("evaluations", [])}) if peer.heard.get("evaluations")
-        and any(e.trial == 21 for e in peer.heard["evaluations"]) else None,
-        "the good candidate's answer",
-    )  # fmt: skip
+    heard = peer.heard.setdefault("evaluations", [])
+    peer.until(lambda: any(answer.trial == 21 for answer in heard), "the good candidate's answer")
+    answers = {int(answer.trial): answer for answer in heard}
     kinds = message_type("Evaluation")
     for number, (_, reason) in enumerate(bad.values()):
         assert answers[number].status == kinds.REJECTED
@@ -150,16 +157,17 @@ def test_noise_from_strangers_changes_nothing(nodes: Nodes, peer: Peer, tmp_path
 
 
 def test_replay_plays_every_message_below_replay(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
-    import mobo_msgs.msg
     from std_msgs.msg import String
+
+    import mobo_msgs.msg
 
     bag = tmp_path / "bag"
     assert finish(nodes.study(bag, n_trials=8, sampler="random")) == 0
     for topic, kind in (("candidates", "Candidate"), ("evaluations", "Evaluation"), ("trials", "Trial")):
-        peer.hear(f"replay/{topic}", kind, getattr(mobo_msgs.msg, kind))
+        peer.hear(f"replay/{topic}", kind, getattr(mobo_msgs.msg, kind), latched=True)
     arms: list[str] = []
     peer.node.create_subscription(String, "replay/robot_description", lambda message: arms.append(message.data), 100)
-    replay = nodes.start("replay", bag=bag, rate=20)
+    replay = nodes.start("replay", bag=bag, rate=0.3)
     peer.until(lambda: len(peer.heard.get("replay/trials", [])) == 8, "8 trials")
     assert finish(replay) == 0, output(replay)
     study = read_study(bag)
@@ -170,15 +178,11 @@ def test_replay_plays_every_message_below_replay(nodes: Nodes, peer: Peer, tmp_p
 
 
 def test_a_candidate_that_kills_its_worker_costs_the_worker_alone(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
-    import os
-    import signal
-
-    from nodes import children_of
-
     bag = tmp_path / "bag"
     evaluator = nodes.start("evaluator", workers=1, engine="simulated", simulated_s=1.0)
     optimizer = nodes.optimizer(bag, n_trials=4, in_flight=1, sampler="random")
-    wait_for(lambda: told_so_far(bag) >= 1, "a trial")
+    wait_for(lambda: len(read_study(bag).candidates) >= 2 if told_so_far(bag) else False, "the second candidate")
+    time.sleep(0.3)  # of the second it takes
     (worker,) = children_of(evaluator.pid)
     os.kill(worker, signal.SIGSEGV)
     assert finish(optimizer) == 0, output(optimizer)

@@ -9,9 +9,10 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from mobo_core.bag.record import read_study
 from nodes import Nodes, children_of, finish, output, told_so_far, values, wait_for
 from rosbags.highlevel import AnyReader
+
+from mobo_core.bag.record import read_study
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
 
@@ -171,9 +172,8 @@ def test_study_restarts_a_dead_evaluator(nodes: Nodes, tmp_path: Path) -> None:
 
 def test_ros2_run_and_help(nodes: Nodes) -> None:
     for executable in ("optimizer", "evaluator", "study", "replay"):
-        done = subprocess.run(
-            ["ros2", "run", "mobo", executable, "--help"], env=nodes.environment, capture_output=True, text=True, check=False
-        )
+        command = ["ros2", "run", "mobo", executable, "--help"]
+        done = subprocess.run(command, env=nodes.environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0
         assert f"ros2 run mobo {executable}" in done.stdout
 

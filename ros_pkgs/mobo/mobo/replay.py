@@ -11,7 +11,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from mobo.parameters import REPLAY, declare, help_text
-from mobo.runtime import MESSAGES_QOS, Stop, run
+from mobo.runtime import Stop, qos, run
 from mobo.viewer import BestArm
 from mobo_core.bag.reader import entries
 from mobo_core.bag.record import read_study
@@ -27,6 +27,9 @@ HELP = help_text(
     ["--ros-args -p bag:=bags/first", "--ros-args -p bag:=bags/first -p rate:=100"],
 )
 
+# Whoever waits for the first message needs a moment to find these publishers.
+_DISCOVERY_S = 2.0
+
 _TYPES = {
     kind.__name__: kind for kind in (Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial)
 }
@@ -39,12 +42,13 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
     study = read_study(values["bag"])
     for fault in study.faults:
         node.get_logger().warning(f"{fault}; playing what comes before")
+    # Latched: a viewer that asks for it gets what was played before it came.
+    kept = qos(1000, latched=True)
     publishers = {
-        topic: node.create_publisher(_TYPES[kind], f"replay/{topic}", MESSAGES_QOS) for topic, kind in TOPICS.items()
+        topic: node.create_publisher(_TYPES[kind], f"replay/{topic}", kept) for topic, kind in TOPICS.items()
     }
     best, best_reach = BestArm(node, "replay/"), -1.0
-    # Whoever waits for it needs a moment to find these publishers.
-    _pause(executor, stop, 0.5)
+    _pause(executor, stop, _DISCOVERY_S)
     began, first_ns, played = time.monotonic(), None, 0
     for entry in entries(study.contents):
         topic = entry.topic.rsplit("/", 1)[-1]
