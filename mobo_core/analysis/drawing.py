@@ -1,0 +1,72 @@
+"""What all pictures share: looks, colours, and turning a figure into bytes that are the same every time."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Literal
+
+import matplotlib
+import numpy as np
+from matplotlib.colors import Colormap, ListedColormap
+from matplotlib.figure import Figure
+
+INK, FAINT, PAPER = "#222222", "#767676", "#ffffff"
+_LOOKS: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "axes.titlesize": 11,
+    "axes.labelsize": 10.5,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": "#888888",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "grid.color": "#e6e6e6",
+    "grid.linewidth": 0.8,
+    "legend.frameon": False,
+    "text.color": INK,
+    "xtick.color": "#555555",
+    "ytick.color": "#555555",
+    "svg.fonttype": "path",
+    "svg.hashsalt": "mobo",
+    "figure.facecolor": PAPER,
+    "savefig.facecolor": PAPER,
+}
+
+
+@contextmanager
+def looks() -> Iterator[None]:
+    """Draw what is drawn inside in the looks of the report, whatever the user's matplotlibrc says."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_LOOKS)
+        yield
+
+
+def picture(figure: Figure, kind: Literal["png", "svg"], dpi: int = 160) -> bytes:
+    """Return a figure as a file's bytes; the same figure gives the same bytes. Call inside :func:`looks`."""
+    out = io.BytesIO()
+    metadata = dict.fromkeys(("Date", "Creator") if kind == "svg" else ("Software",))
+    figure.savefig(out, format=kind, dpi=dpi, metadata=metadata)
+    return out.getvalue()
+
+
+def red_to_green() -> Colormap:
+    """Return the paper's gradation from red to green, over amber.
+
+    Mixed in linear light, with lightness rising all along, so that it can be read without telling red from green.
+    """
+    stops = np.array([[0.74, 0.015, 0.03], [0.84, 0.42, 0.05], [0.15, 0.80, 0.20]])  # linear light
+    share = np.linspace(0.0, 1.0, 256)
+    light = np.stack([np.interp(share, (0.0, 0.5, 1.0), channel) for channel in stops.T], axis=1)
+    srgb = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    return ListedColormap([tuple(map(float, row)) for row in srgb], name="mobo_red_to_green")
+
+
+def has_dark_text(colour: tuple[float, ...]) -> bool:
+    """Return whether dark text reads better than white on a colour (sRGB, each 0 to 1)."""
+    red, green, blue = (c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in colour[:3])
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue > 0.22

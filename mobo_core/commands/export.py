@@ -1,0 +1,117 @@
+"""``mobo export``: arms as URDF, trials as a table."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from mobo_core.commands.arms import add_arm_arguments, arm_urdf
+from mobo_core.commands.reading import read_bag_argument
+from mobo_core.errors import InputError
+
+
+def add(verbs: Any) -> None:
+    """Add the verb's parser."""
+    parser = verbs.add_parser(
+        "export",
+        help="arms as URDF, trials as a table",
+        description="Take arms or tables out of a study, for other tools.",
+    )
+    kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
+    _add_urdf(kinds)
+    _add_table(kinds)
+
+
+def _add_urdf(kinds: Any) -> None:
+    parser = kinds.add_parser(
+        "urdf",
+        help="one arm, or the best of a bag",
+        description="Write the URDF of one arm into the file PATH, or those of the best arms of a bag into the "
+        "folder PATH, byte for byte as they were evaluated, named RANK_JOINTS_trialNUMBER.urdf.\n\n"
+        "Best are the arms of the Pareto front that reach a tenth of the voxels or more, the highest reach\n"
+        "first; after them the other arms, the highest reach first.",
+        epilog="examples:\n"
+        "  mobo export urdf --joints YPPYPY --lengths 0.05,0.25,0.2,0.05,0,0.05 -o arm.urdf\n"
+        "  mobo export urdf bags/demo_001 --top 3 -o arms",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("bag", nargs="?", metavar="BAG", help="folder of a bag, or an .mcap file")
+    parser.add_argument("--top", type=int, metavar="N", help="how many arms of the bag [1]")
+    add_arm_arguments(parser)
+    parser.add_argument("-o", "--output", required=True, metavar="PATH", help="file for one arm, folder for a bag's")
+    parser.set_defaults(run=run_urdf)
+
+
+def _add_table(kinds: Any) -> None:
+    parser = kinds.add_parser(
+        "table",
+        help="all trials as CSV or Parquet",
+        description="Write every trial told into FILE, a row each, failed ones with their reason; reach counts "
+        "voxels, torque is in N m, lengths in m. Parquet needs pyarrow.",
+        epilog="examples:\n  mobo export table bags/demo_001 -o trials.csv\n"
+        "  mobo export table bags/demo_001 -o trials.parquet",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("bag", metavar="BAG", help="folder of a bag, or an .mcap file")
+    parser.add_argument("-o", "--output", required=True, metavar="FILE", help="name ending in .csv or .parquet")
+    parser.set_defaults(run=run_table)
+
+
+def run_table(args: argparse.Namespace) -> int:
+    """Write the table of a bag."""
+    from mobo_core.analysis.table import study_table
+    from mobo_core.analysis.table_files import check_table_path, table_columns, write_table
+
+    path = Path(args.output)
+    check_table_path(path)
+    table = study_table(read_bag_argument(args.bag))
+    write_table(path, table_columns(table.rows, table.n_joints))
+    print(f"{len(table.rows)} trials, {len(table.failed)} of them failed: {path}")
+    return 0
+
+
+def run_urdf(args: argparse.Namespace) -> int:
+    """Write one arm, or the best of a bag."""
+    from mobo_core.outputs import write_whole
+
+    path = Path(args.output)
+    if args.bag is None:
+        if args.top is not None:
+            raise InputError("--top without a bag", where="arguments", expected="BAG --top N")
+        write_whole(path, arm_urdf(args))
+        print(path)
+        return 0
+    given = [name for name in ("joints", "lengths", "total", "space") if getattr(args, name) is not None]
+    if given:
+        raise InputError(
+            f"both a bag ({args.bag}) and --{given[0]}", where="arguments", expected="BAG, or --joints and --lengths"
+        )
+    top = 1 if args.top is None else args.top
+    if top < 1:
+        raise InputError(str(top), where="--top", expected="1 or more")
+    return _export_best(args.bag, top, path)
+
+
+def _export_best(bag: str, top: int, folder: Path) -> int:
+    from mobo_core.analysis.best import best_rows, urdf_name
+    from mobo_core.analysis.table import study_table
+    from mobo_core.outputs import make_folder, write_whole
+
+    study = read_bag_argument(bag)
+    rows = best_rows(study, study_table(study), top)
+    if not rows:
+        raise InputError("no complete trial", where=bag, expected="a study with at least one arm evaluated")
+    urdfs = {urdf_name(i + 1, row, len(rows)): study.candidate_of(row.trial) for i, row in enumerate(rows)}
+    make_folder(folder)
+    strangers = sorted(file.name for file in folder.glob("*.urdf") if file.name not in urdfs)
+    if strangers:
+        raise InputError(f"holds {strangers[0]}", where=str(folder), expected="a folder without other URDF files")
+    for name, candidate in urdfs.items():
+        write_whole(folder / name, str(candidate.urdf if candidate is not None else "").encode("utf-8"))
+    for row, name in zip(rows, urdfs, strict=True):
+        off = "" if row.on_front else ", off the front"
+        print(f"{folder / name}  reach {row.reach:.2f}, torque {row.torque:.1f} N m{off}")
+    if len(rows) < top:
+        print(f"only {len(rows)} arms in the bag, not {top}")
+    return 0

@@ -1,0 +1,74 @@
+"""Bags as arguments of commands: read with a notice, damage told and gone on from."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mobo_core.bag.lock import LOCK_FILE
+from mobo_core.bag.record import StudyRecord
+
+
+def read_bag_argument(bag: str) -> StudyRecord:
+    """Read the study of a bag; say on standard error what of it cannot be read.
+
+    Raises:
+        InputError: no bag, or not one of a mobo study.
+    """
+    from mobo_core.bag.record import read_study
+
+    with notice(f"reading {bag}"):
+        study = read_study(bag)
+    for line in fault_lines(study):
+        print(line, file=sys.stderr)
+    return study
+
+
+def fault_lines(study: StudyRecord) -> list[str]:
+    """Return a line for each file that does not end as it should."""
+    writer = lock_holder(study.path)
+    lines = []
+    for content in study.contents:
+        if content.fault:
+            last = content is study.contents[-1]
+            fault = f"still written to by {writer}" if writer and last and content.cut_off else content.fault
+            lines.append(f"{content.path}: {fault}; {len(content.entries)} messages read")
+    return lines
+
+
+def lock_holder(bag: Path) -> str:
+    """Return who writes to a bag at this moment, or ""; the bag stays as it is."""
+    try:
+        with ((bag if bag.is_dir() else bag.parent) / LOCK_FILE).open(encoding="utf-8") as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return _name(file.read())
+    except OSError:
+        pass
+    return ""
+
+
+def _name(text: str) -> str:
+    try:
+        who = json.loads(text)
+        return f"{who['node']} on {who['host']}, pid {who['pid']}"
+    except (ValueError, KeyError, TypeError):
+        return "another process"
+
+
+@contextmanager
+def notice(text: str) -> Iterator[None]:
+    """Show what is going on, on a terminal's standard error, until it is done."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    with Console(stderr=True).status(Text(text)):
+        yield

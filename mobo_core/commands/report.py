@@ -1,0 +1,76 @@
+"""``mobo report``: what a study found, as tables, pictures and a page."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from mobo_core.commands.reading import read_bag_argument
+
+_OTHER_PREFIXES = 6  # shown in the terminal beside the paper's; the page has all
+
+
+def add(verbs: Any) -> None:
+    """Add the verb's parser."""
+    parser = verbs.add_parser(
+        "report",
+        help="front, pictures and a page of recorded studies",
+        description="Print the Pareto front and the best arms of a study, and write tables, pictures and a page: "
+        "front.csv, trials.csv, sampling.png and .svg, hypervolume.png, voxels_<PREFIX>.png, index.html. "
+        "Of several bags each gets a folder of its own in DIR, and DIR/index.html leads to them.",
+        epilog="examples:\n"
+        "  mobo report bags/demo_001 -o bags/demo_001_report\n"
+        "  mobo report bags/seed_0 bags/seed_1 bags/seed_2 -o reports",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("bags", nargs="+", metavar="BAG", help="folder of a bag, or an .mcap file")
+    parser.add_argument("-o", "--output", required=True, metavar="DIR", help="folder to write to; made if missing")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read, write, print."""
+    from mobo_core.analysis.report import PAGE, report_folders, write_index, write_report
+    from mobo_core.bag.files import bag_files
+    from mobo_core.progress import bar
+
+    output = Path(args.output)
+    for bag in args.bags:
+        bag_files(bag)  # better to miss one now than after the first reports
+    reports = []
+    for bag, folder in zip(args.bags, report_folders([Path(bag) for bag in args.bags], output), strict=True):
+        study = read_bag_argument(bag)
+        with bar(f"drawing {study.name}"[:60]) as progress:
+            reports.append(write_report(study, folder, progress))
+        _print(reports[-1])
+    if len(reports) > 1:
+        print(f"\nall pages  {write_index(reports, output)}")
+    else:
+        print(f"page       {output / PAGE}")
+    return 0
+
+
+def _print(report: Any) -> None:
+    from rich.console import Console
+
+    from mobo_core.analysis.console import front_table, prefix_table
+    from mobo_core.analysis.prefixes import found
+
+    table = report.table
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(width=140, highlight=False)  # a file or pipe has no width of its own
+    failed = f", {len(table.failed)} failed" if table.failed else ""
+    print(f"{report.study.name}: {len(table.rows)} trials told{failed}, {len(table.front)} on the front\n")
+    if table.complete:
+        console.print(front_table(table))
+        console.print()
+        console.print(prefix_table(found(report.groups, others=_OTHER_PREFIXES), table.n_voxels))
+        hidden = sum(not group.in_paper for group in report.groups) - _OTHER_PREFIXES
+        if hidden > 0:
+            print(f"on the page: {hidden} more\n")
+    else:
+        print("no complete trial: no front\n")
+    print(f"table      {report.folder / 'front.csv'}")
+    print(f"picture    {report.folder / 'sampling.png'}")

@@ -1,0 +1,91 @@
+"""The Pareto front and its hypervolume against definitions by brute force and against Optuna's."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mobo_core.search.front import TORQUE_PER_VOXEL, hypervolume, pareto_front
+
+N_VOXELS = 75
+WORST = TORQUE_PER_VOXEL * N_VOXELS
+
+# Few distinct values, so that ties and equal arms are common; and any values.
+coarse = st.tuples(st.integers(0, 6).map(lambda i: i * 12.5), st.integers(0, 7).map(lambda i: i * 125.0))
+fine = st.tuples(st.floats(0, N_VOXELS), st.floats(0, 1.2 * WORST))
+arms = st.lists(coarse, max_size=30) | st.lists(fine, max_size=30)
+
+
+def split(points):
+    return [point[0] for point in points], [point[1] for point in points]
+
+
+def dominates(a, b):
+    return a[0] >= b[0] and a[1] <= b[1] and a != b
+
+
+@given(arms)
+def test_front_is_what_nothing_dominates(points):
+    front = pareto_front(*split(points))
+    expected = [
+        i
+        for i, point in enumerate(points)
+        if not any(dominates(other, point) for other in points) and point not in points[:i]
+    ]
+    assert sorted(front) == expected
+
+
+@given(arms)
+def test_front_rises_in_reach_and_torque(points):
+    front = [points[i] for i in pareto_front(*split(points))]
+    for low, high in zip(front, front[1:], strict=False):
+        assert low[0] < high[0] and low[1] < high[1]
+
+
+def test_front_of_nothing_is_empty():
+    assert pareto_front([], []) == []
+    assert hypervolume([], [], N_VOXELS) == 0
+
+
+def test_of_equal_arms_the_first_is_on_the_front():
+    assert pareto_front([1.0, 1.0], [2.0, 2.0]) == [0]
+
+
+def brute(points):
+    """Return the dominated share of the box, counted over the cells between all coordinates."""
+    xs = sorted({0.0, *(min(p[0], N_VOXELS) for p in points)})
+    ys = sorted({WORST, *(min(p[1], WORST) for p in points)})
+    area = 0.0
+    for x0, x1 in zip(xs, xs[1:], strict=False):
+        for y0, y1 in zip(ys, ys[1:], strict=False):
+            if any(p[0] >= x1 and p[1] <= y0 for p in points):
+                area += (x1 - x0) * (y1 - y0)
+    return area / (N_VOXELS * WORST)
+
+
+@given(arms)
+def test_hypervolume_is_the_dominated_share_of_the_box(points):
+    assert hypervolume(*split(points), N_VOXELS) == pytest.approx(brute(points), rel=1e-12, abs=1e-15)
+
+
+@given(arms)
+def test_hypervolume_agrees_with_optuna(points):
+    wfg = pytest.importorskip("optuna._hypervolume")
+    inside = [point for point in points if point[1] < WORST]
+    losses = np.array([(-reach, torque) for reach, torque in inside]).reshape(-1, 2)
+    expected = wfg.compute_hypervolume(losses, np.array([0.0, WORST])) if inside else 0.0
+    assert hypervolume(*split(points), N_VOXELS) == pytest.approx(expected / (N_VOXELS * WORST), rel=1e-9, abs=1e-15)
+
+
+@given(arms, fine)
+def test_hypervolume_never_falls_with_another_arm_and_stays_in_0_1(points, another):
+    before, after = hypervolume(*split(points), N_VOXELS), hypervolume(*split([*points, another]), N_VOXELS)
+    assert 0 <= before <= after + 1e-12 <= 1 + 2e-12
+
+
+def test_the_ideal_arm_fills_the_box():
+    assert hypervolume([N_VOXELS], [0.0], N_VOXELS) == 1
+
+
+def test_an_arm_at_or_beyond_the_reference_torque_adds_nothing():
+    assert hypervolume([50.0, 60.0], [WORST, 2 * WORST], N_VOXELS) == 0
