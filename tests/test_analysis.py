@@ -30,7 +30,7 @@ N = 60
 
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return run_study(tmp_path_factory.mktemp("bags") / "sixty", N, name="a <b> & c", rejected=REJECTED)
+    return run_study(tmp_path_factory.mktemp("bags") / "sixty", N, name="a <b> & $c", rejected=REJECTED)
 
 
 @pytest.fixture(scope="module")
@@ -252,7 +252,7 @@ def test_page_is_well_formed_and_loads_nothing_from_elsewhere(report: Path) -> N
 
 def test_page_shows_names_as_they_are_and_the_reasons_of_failures(report: Path) -> None:
     page = Page((report / "index.html").read_text(encoding="utf-8"))
-    assert "a <b> & c" in page.text and 'rejected: no good <arm> & "so" on' in page.text
+    assert "a <b> & $c" in page.text and 'rejected: no good <arm> & "so" on' in page.text
     for word in ("58arms evaluated", "2failed", "space.n_joints", "n_startup_trials", "optuna"):
         assert word in page.text
 
@@ -282,8 +282,11 @@ def test_report_of_studies_with_hardly_a_trial(n: int, tmp_path: Path) -> None:
     Page((tmp_path / "out" / "index.html").read_text(encoding="utf-8"))
 
 
-def test_report_of_a_study_that_told_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    bag = run_study(tmp_path / "bag", 5, kill_after=0)
+@pytest.mark.filterwarnings("error::UserWarning")
+def test_report_of_a_study_that_told_nothing_and_has_an_odd_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = run_study(tmp_path / "bag", 5, kill_after=0, name=r"$\frac{腕}$[red]" + 200 * "x")
     assert mobo("report", bag, "-o", tmp_path / "out") == 0
     assert read_csv(tmp_path / "out" / "front.csv") == []
     assert "no complete trial" in capsys.readouterr().out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from mobo_core.analysis.drawing import FAINT
+from mobo_core.analysis.drawing import FAINT, plain
 from mobo_core.analysis.table import StudyTable, running_hypervolume
 
 _LINE = "#0072b2"
@@ -14,7 +14,7 @@ def hypervolume_figure(table: StudyTable, n_startup_trials: int, title: str) -> 
     """Return the hypervolume of the trials told so far, failed ones counted, at about a hundred points."""
     figure = Figure(figsize=(9.6, 4.0), layout="constrained")
     axes = figure.add_subplot()
-    axes.set_title(title, loc="left", pad=12)
+    axes.set_title(plain(title), loc="left", pad=12)
     axes.set_xlabel("trials told")
     axes.set_ylabel("hypervolume [share of the box]")
     axes.grid(True, axis="y")

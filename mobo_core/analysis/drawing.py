@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any, Literal
@@ -40,10 +41,16 @@ _LOOKS: dict[Any, Any] = {
 @contextmanager
 def looks() -> Iterator[None]:
     """Draw what is drawn inside in the looks of the report, whatever the user's matplotlibrc says."""
-    with matplotlib.rc_context():
+    with matplotlib.rc_context(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # names in scripts that the font lacks
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_LOOKS)
         yield
+
+
+def plain(text: str, longest: int = 90) -> str:
+    """Return text that is drawn as it is, no part of it read as mathematics; a long one is cut."""
+    return (text if len(text) <= longest else text[: longest - 1] + "…").replace("$", r"\$")
 
 
 def picture(figure: Figure, kind: Literal["png", "svg"], dpi: int = 160) -> bytes:

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from mobo_core.analysis.drawing import FAINT, INK
+from mobo_core.analysis.drawing import FAINT, INK, plain
 from mobo_core.analysis.labels import Label, place_labels
 from mobo_core.analysis.prefixes import prefix_of, styles
 from mobo_core.analysis.table import Row, StudyTable, rank
@@ -28,7 +28,7 @@ def sampling_figure(table: StudyTable, title: str) -> Figure:
     """
     figure = Figure(figsize=(9.6, 6.0), layout="constrained")
     axes = figure.add_subplot()
-    axes.set_title(title, loc="left", pad=12)
+    axes.set_title(plain(title), loc="left", pad=12)
     axes.set_xlabel(f"reachability $E^{{\\mathrm{{reach}}}}$  [of {table.n_voxels} voxels]")
     axes.set_ylabel("joint torque $E^{\\mathrm{torque}}$  [N m, summed over voxels]")
     axes.grid(True)
@@ -90,7 +90,7 @@ def _arms(axes: Axes, table: StudyTable) -> list[Line2D]:
             rasterized=raster,
             zorder=4 - 0.1 * place,
         )
-        handles.append(_handle(f"{style.prefix}  ({len(rows)})", style.colour, style.marker))
+        handles.append(_handle(plain(f"{style.prefix}  ({len(rows)})"), style.colour, style.marker))
     if rest:
         handles.append(_handle(f"others  ({len(rest)})", _OTHERS, "o", size=5.0))
     return handles
@@ -146,7 +146,7 @@ def _name(figure: Figure, axes: Axes, table: StudyTable, known: list[Row]) -> No
 def _known_text(row: Row) -> str:
     names = list(row.known_as)
     shown = ", ".join(names[:2]) + (f" + {len(names) - 2}" if len(names) > 2 else "")
-    return f"{row.joints}\n{shown}"
+    return plain(f"{row.joints}\n{shown}")
 
 
 def _xy(rows: list[Row]) -> tuple[list[float], list[float]]:

@@ -13,7 +13,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from mobo_core.analysis.drawing import FAINT, INK, has_dark_text, red_to_green
+from mobo_core.analysis.drawing import FAINT, INK, has_dark_text, plain, red_to_green
 from mobo_core.analysis.table import Row
 from mobo_core.evaluation.spec import EvaluationSpec
 
@@ -49,7 +49,7 @@ def voxel_figure(row: Row, evaluation: Any, spec: EvaluationSpec, title: str) ->
         figsize=(2.25 * columns + 1.6, 4.75 * bands + 1.5),
         layout=ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.05, hspace=0.03),
     )
-    figure.suptitle(title, x=0.012, ha="left", fontsize=12)
+    figure.suptitle(plain(title), x=0.012, ha="left", fontsize=12)
     figure.supxlabel(
         "hatched: no pose reached;  dashed: as far as the stretched arm goes at this height",
         fontsize=8.5, color=FAINT,
@@ -161,7 +161,7 @@ def _arm(axes: Axes, row: Row, width: float) -> None:
         for i, joint in enumerate(joints):
             colour = _JOINT_COLOURS.get(joint, FAINT)
             axes.text(
-                first + step * i, 0, joint, ha="center", va="center", fontsize=9, fontweight="bold",
+                first + step * i, 0, plain(joint), ha="center", va="center", fontsize=9, fontweight="bold",
                 color="white", zorder=3 + i,
                 bbox={"boxstyle": "circle,pad=0.22", "facecolor": colour, "edgecolor": "white"},
             )  # fmt: skip

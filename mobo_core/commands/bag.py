@@ -18,6 +18,8 @@ def add(verbs: Any) -> None:
         "bag",
         help="what a bag holds; mend one that was cut off",
         description="Look into a bag, or mend it.",
+        epilog="examples:\n  mobo bag info bags/demo_001\n  mobo bag recover bags/demo_001",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
     info = kinds.add_parser(
@@ -33,7 +35,7 @@ def add(verbs: Any) -> None:
     recover = kinds.add_parser(
         "recover",
         help="make a bag whole whose writer was killed",
-        description="Give every file of a bag its proper end, with all of its whole messages, and write "
+        description="Give every file of a bag its proper end, with all of its whole messages, and write\n"
         "metadata.yaml anew. A file damaged in its middle is kept beside the mended one as NAME.mcap.damaged.",
         epilog="example:\n  mobo bag recover bags/demo_001",
         formatter_class=argparse.RawDescriptionHelpFormatter,

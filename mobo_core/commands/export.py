@@ -17,6 +17,10 @@ def add(verbs: Any) -> None:
         "export",
         help="arms as URDF, trials as a table",
         description="Take arms or tables out of a study, for other tools.",
+        epilog="examples:\n"
+        "  mobo export urdf bags/demo_001 --top 3 -o arms\n"
+        "  mobo export table bags/demo_001 -o trials.csv",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
     _add_urdf(kinds)
@@ -27,10 +31,10 @@ def _add_urdf(kinds: Any) -> None:
     parser = kinds.add_parser(
         "urdf",
         help="one arm, or the best of a bag",
-        description="Write the URDF of one arm into the file PATH, or those of the best arms of a bag into the "
+        description="Write the URDF of one arm into the file PATH, or those of the best arms of a bag into the\n"
         "folder PATH, byte for byte as they were evaluated, named RANK_JOINTS_trialNUMBER.urdf.\n\n"
-        "Best are the arms of the Pareto front that reach a tenth of the voxels or more, the highest reach\n"
-        "first; after them the other arms, the highest reach first.",
+        "Best are the arms of the Pareto front that reach a tenth of the voxels or more, the highest\n"
+        "reach first; after them the other arms, the highest reach first.",
         epilog="examples:\n"
         "  mobo export urdf --joints YPPYPY --lengths 0.05,0.25,0.2,0.05,0,0.05 -o arm.urdf\n"
         "  mobo export urdf bags/demo_001 --top 3 -o arms",
@@ -47,7 +51,7 @@ def _add_table(kinds: Any) -> None:
     parser = kinds.add_parser(
         "table",
         help="all trials as CSV or Parquet",
-        description="Write every trial told into FILE, a row each, failed ones with their reason; reach counts "
+        description="Write every trial told into FILE, a row each, failed ones with their reason; reach counts\n"
         "voxels, torque is in N m, lengths in m. Parquet needs pyarrow.",
         epilog="examples:\n  mobo export table bags/demo_001 -o trials.csv\n"
         "  mobo export table bags/demo_001 -o trials.parquet",

@@ -16,8 +16,8 @@ def add(verbs: Any) -> None:
     parser = verbs.add_parser(
         "report",
         help="front, pictures and a page of recorded studies",
-        description="Print the Pareto front and the best arms of a study, and write tables, pictures and a page: "
-        "front.csv, trials.csv, sampling.png and .svg, hypervolume.png, voxels_<PREFIX>.png, index.html. "
+        description="Print the Pareto front and the best arms of a study, and write tables, pictures and a page:\n"
+        "front.csv, trials.csv, sampling.png and .svg, hypervolume.png, voxels_<PREFIX>.png, index.html.\n"
         "Of several bags each gets a folder of its own in DIR, and DIR/index.html leads to them.",
         epilog="examples:\n"
         "  mobo report bags/demo_001 -o bags/demo_001_report\n"
