@@ -93,12 +93,14 @@ def tool_error(tip, target_r, target_p, error):
         sy += a2 * b0 - a0 * b2
         sz += a0 * b1 - a1 * b0
         trace += a0 * b0 + a1 * b1 + a2 * b2
-    # sin(w) = 2 sin(w/2) cos(w/2), and 4 cos^2(w/2) = 1 + trace; bounded away from the half turn.
+    # sin(w) = 2 sin(w/2) cos(w/2), and 4 cos^2(w/2) = 1 + trace; bounded away from the half turn, next to
+    # which the errors vanish, but not their norm.
     f = 1.0 / math.sqrt(max(1.0 + trace, 1e-8))
     sx, sy, sz = f * sx, f * sy, f * sz
     error[0], error[1], error[2] = ex, ey, ez
     error[3], error[4], error[5] = sx, sy, sz
-    return ex * ex + ey * ey + ez * ez, sx * sx + sy * sy + sz * sz
+    e_rotation = sx * sx + sy * sy + sz * sz if 1.0 + trace > 1e-8 else 3.0 - trace
+    return ex * ex + ey * ey + ez * ez, e_rotation
 
 
 @njit(cache=True, nogil=True)

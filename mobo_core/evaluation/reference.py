@@ -82,14 +82,16 @@ def _capsule_placement(a: Array, b: Array) -> Any:
     return pin.SE3(rotation, (a + b) / 2)
 
 
-def tool_error(tip: Any, target_r: Array, target_p: Array) -> Array:
-    """Return the six errors of the tool at ``tip`` (see :mod:`mobo_core.evaluation.kernel`)."""
+def tool_error(tip: Any, target_r: Array, target_p: Array) -> tuple[Array, float, float]:
+    """Return the six errors of the tool at ``tip`` and their squared norms (see the kernel's ``tool_error``)."""
     relative = target_r @ tip.rotation.T
     sine = 0.5 * np.array(
         [relative[2, 1] - relative[1, 2], relative[0, 2] - relative[2, 0], relative[1, 0] - relative[0, 1]]
     )
     trace = relative[0, 0] + relative[1, 1] + relative[2, 2]
-    return np.concatenate([target_p - tip.translation, 2.0 * sine / math.sqrt(max(1.0 + trace, 1e-8))])
+    position, orientation = target_p - tip.translation, 2.0 * sine / math.sqrt(max(1.0 + trace, 1e-8))
+    e_rotation = float(orientation @ orientation if 1.0 + trace > 1e-8 else 3.0 - trace)
+    return np.concatenate([position, orientation]), float(position @ position), e_rotation
 
 
 def evaluate_voxels_reference(
@@ -140,8 +142,7 @@ def _solve(
     """Improve ``q`` in place; return whether it converged, and the number of steps."""
     lower, upper = model.chain.lower, model.chain.upper
     for iteration in range(max_iterations + 1):
-        error = tool_error(model.tip(q), target_r, target_p)
-        e_position, e_rotation = error[:3] @ error[:3], error[3:] @ error[3:]
+        error, e_position, e_rotation = tool_error(model.tip(q), target_r, target_p)
         if e_position <= position_tolerance**2 and e_rotation <= half_angle_sine**2:
             return True, iteration
         if iteration == max_iterations:

@@ -1,0 +1,376 @@
+"""The compiled kernel against Pinocchio, Coal and the reference engine."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+from typing import Any
+
+import coal
+import numpy as np
+import pinocchio as pin
+import pytest
+from arms import HANDED_ARM, LENGTHS, KernelView, arm, random_arm, small_spec
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mobo_core.evaluation import EvaluationSpec
+from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
+from mobo_core.evaluation.evaluate import Postures, Result, evaluate
+from mobo_core.evaluation.geometry import any_pair_collides, place_capsules, segment_distance_squared
+from mobo_core.evaluation.kernel import damped_step, tool_error
+from mobo_core.evaluation.numerics import target_rotation
+from mobo_core.evaluation.reference import ReferenceModel
+from mobo_core.evaluation.reference import tool_error as reference_tool_error
+
+ARMS = {
+    **{joints: (arm(joints), "") for joints in LENGTHS},
+    "handed": (HANDED_ARM, "tcp"),
+    "random": (random_arm(1), "flange"),
+    "fat": (arm("YPPRPP", (0.1,) * 6, link_radius=0.03, joint_limit=3.0), ""),
+}
+CHAINS = {name: chain_from_urdf(*case) for name, case in ARMS.items()}
+any_chain = st.sampled_from(sorted(CHAINS)).map(lambda name: CHAINS[name])
+unit = st.floats(0, 1)
+
+
+def posture(chain: Chain, shares: list[float]) -> Array:
+    return chain.lower + np.array(shares[: chain.n]) * (chain.upper - chain.lower)
+
+
+postures = st.tuples(any_chain, st.lists(unit, min_size=7, max_size=7)).map(lambda case: (case[0], posture(*case)))
+
+
+@given(postures)
+def test_kinematics_are_pinocchios(case: tuple[Chain, Array]) -> None:
+    """Tip and Jacobian agree with Pinocchio to 1e-12, gravity torque to 1e-9."""
+    chain, q = case
+    view, reference = KernelView(chain, q), ReferenceModel(chain)
+    tip = reference.tip(q)
+    assert np.abs(view.tip[3] - tip.translation).max() < 1e-12
+    assert np.abs(view.tip[:3] - tip.rotation).max() < 1e-12
+    assert np.abs(view.jacobian() - reference.jacobian(q)).max() < 1e-12
+    assert np.abs(view.torque() - reference.torque(q)).max() < 1e-9
+
+
+@given(st.text("RPY", min_size=1, max_size=9), st.data())
+def test_arm_at_zero(joints: str, data: st.DataObject) -> None:
+    """With all joints at zero the tip is at (0, 0, total length) and no joint carries torque."""
+    lengths = data.draw(st.lists(st.floats(0, 0.3), min_size=len(joints), max_size=len(joints)))
+    chain = chain_from_urdf(arm(joints, tuple(lengths)))
+    view = KernelView(chain, np.zeros(chain.n))
+    assert view.tip[3] == pytest.approx([0, 0, math.fsum(lengths)], abs=1e-15)
+    assert np.array_equal(view.tip[:3], np.eye(3))
+    assert view.torque().tolist() == [0.0] * chain.n
+    assert chain.reach_radius == pytest.approx(math.fsum(lengths), abs=1e-15)
+
+
+@given(st.lists(unit, min_size=6, max_size=6))
+def test_vertical_axis_carries_no_torque(shares: list[float]) -> None:
+    """A first joint that yaws needs no torque to hold the arm, whatever the posture."""
+    chain = CHAINS["YPPYPY"]
+    assert abs(KernelView(chain, posture(chain, shares)).torque()[0]) < 1e-15
+
+
+@given(st.floats(0.01, 50), st.lists(unit, min_size=6, max_size=6))
+def test_torque_scales_with_the_masses(k: float, shares: list[float]) -> None:
+    """All masses k times as great need k times the torque."""
+    chain = CHAINS["PRRYPY"]
+    heavier = chain_from_urdf(arm("PRRYPY", motor_mass=0.5 * k, link_density=1000.0 * k))
+    q = posture(chain, shares)
+    assert KernelView(heavier, q).torque() == pytest.approx(k * KernelView(chain, q).torque(), rel=1e-9, abs=1e-12)
+
+
+@given(st.sampled_from(sorted(LENGTHS)), st.lists(st.booleans(), min_size=7, max_size=7), st.data())
+def test_motors_may_belong_to_parent_or_child(joints: str, moved: list[bool], data: st.DataObject) -> None:
+    """Gravity torque is the same whether the motor of joint i is carried by link i or by the link before."""
+    chain = CHAINS[joints]
+    mass, moment = chain.mass.copy(), chain.mass[:, None] * chain.com
+    for i in range(1, chain.n):
+        if moved[i]:  # half a kilogram at the origin of joint i
+            mass[i] -= 0.5
+            mass[i - 1] += 0.5
+            moment[i - 1] += 0.5 * chain.placement_p[i]
+    com = np.divide(moment, mass[:, None], out=np.zeros_like(moment), where=mass[:, None] > 1e-12)
+    other = dataclasses.replace(chain, mass=mass, com=com)
+    q = posture(chain, data.draw(st.lists(unit, min_size=7, max_size=7)))
+    assert np.abs(KernelView(other, q).torque() - KernelView(chain, q).torque()).max() < 1e-12
+
+
+@given(postures, st.tuples(*[st.floats(-10, 10)] * 3))
+def test_torque_under_any_gravity(case: tuple[Chain, Array], gravity: tuple[float, float, float]) -> None:
+    """With gravity from any side the torque is Pinocchio's, and the slope of the potential energy."""
+    chain, q = case
+    torque = KernelView(chain, q).torque(gravity)
+    model = chain.model.copy()
+    model.gravity.linear = np.array(gravity)
+    data = model.createData()
+    assert np.abs(torque - pin.computeGeneralizedGravity(model, data, q)).max() < 1e-9
+
+    def energy(at: Array) -> float:
+        view = KernelView(chain, at)
+        places = view.origins + np.einsum("nij,nj->ni", view.rotations, chain.com)
+        return float(-chain.mass @ places @ np.array(gravity))
+
+    h = 1e-5
+    slope = [(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(chain.n)]
+    assert torque == pytest.approx(slope, abs=1e-6)
+
+
+def placed_error(turn: Array, shift: Array, frame: Array, tolerance: float) -> tuple[Array, float, float]:
+    """Return the kernel's errors of a tool at ``frame`` from a target turned and shifted from it."""
+    error = np.empty(6)
+    norms = tool_error(np.vstack([frame, np.zeros(3)]), turn @ frame, shift, error)
+    reference, *reference_norms = reference_tool_error(pin.SE3(frame, np.zeros(3)), turn @ frame, shift)
+    assert np.abs(error - reference).max() < tolerance
+    assert norms == pytest.approx(reference_norms, abs=4 * tolerance)
+    return error, *norms
+
+
+directions = st.integers(0, 10**6).map(lambda seed: np.random.default_rng(seed).normal(size=(3, 3)))
+
+
+@given(directions, st.floats(0, math.pi - 0.01))
+def test_tool_error(numbers: Array, angle: float) -> None:
+    """The errors are the shift, and the axis of the turn times twice the sine of half its angle."""
+    axis, frame = numbers[0] / np.linalg.norm(numbers[0]), pin.exp3(numbers[1])
+    error, e_position, e_rotation = placed_error(pin.exp3(angle * axis), numbers[2], frame, 1e-11)
+    assert np.array_equal(error[:3], numbers[2])
+    assert np.abs(error[3:] - 2 * math.sin(angle / 2) * axis).max() < 1e-11
+    assert e_position == pytest.approx(numbers[2] @ numbers[2], rel=1e-14)
+    assert e_rotation == pytest.approx(4 * math.sin(angle / 2) ** 2, abs=1e-11)
+
+
+@given(directions, st.sampled_from([0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3]))
+def test_tool_error_near_the_half_turn(numbers: Array, short: float) -> None:
+    """A tool that is turned by half a turn, where the axis is lost, is not taken for one that has arrived."""
+    axis, frame = numbers[0] / np.linalg.norm(numbers[0]), pin.exp3(numbers[1])
+    error, _, e_rotation = placed_error(pin.exp3((math.pi - short) * axis), np.zeros(3), frame, 0.1)
+    assert np.all(np.isfinite(error))
+    assert e_rotation == pytest.approx(4, abs=1e-5)
+
+
+@given(st.integers(0, 10**6), st.integers(1, 9), st.floats(1e-5, 10), st.data())
+def test_damped_step(seed: int, n: int, damping: float, data: st.DataObject) -> None:
+    """The step is J^T (J J^T + damping I)^-1 error over the free joints, and zero for the others."""
+    rng = np.random.default_rng(seed)
+    rows, error = rng.normal(size=(n, 6)), rng.normal(size=6)
+    free = np.array(data.draw(st.lists(st.booleans(), min_size=n, max_size=n)))
+    step = np.full(n, np.nan)
+    damped_step(rows, free, error, damping, np.empty((6, 6)), np.empty(6), step)
+    masked = np.where(free[:, None], rows, 0.0).T
+    expected = masked.T @ np.linalg.solve(masked @ masked.T + damping * np.eye(6), error)
+    assert step == pytest.approx(expected, rel=1e-8, abs=1e-8)
+    assert np.all(step[~free] == 0)
+
+
+def coal_distance(a: Array, b: Array, radius_a: float, radius_b: float) -> float:
+    """Return Coal's distance of two capsules around the segments ``a`` and ``b``, shape (2, 3) each."""
+    placed = []
+    for (start, end), radius in ((a, radius_a), (b, radius_b)):
+        along = end - start
+        length = float(np.linalg.norm(along))
+        turn = np.eye(3)
+        if length > 0:
+            turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), along / length).toRotationMatrix()
+        placed += [coal.Capsule(radius, length), coal.Transform3s(turn, (start + end) / 2)]
+    return float(coal.distance(*placed, coal.DistanceRequest(), coal.DistanceResult()))
+
+
+def kernel_distance(a: Array, b: Array, radius_a: float, radius_b: float) -> float:
+    return math.sqrt(segment_distance_squared(a[0], a[1], b[0], b[1])) - radius_a - radius_b
+
+
+def segments() -> list[tuple[str, Array, Array]]:
+    """Pairs of segments: anyhow, parallel, in line, crossing, touching, and shrunk to points."""
+    rng = np.random.default_rng(5)
+    pairs = []
+    for i in range(300):
+        a, b = rng.uniform(-1, 1, (2, 3)), rng.uniform(-1, 1, (2, 3))
+        along, shift = a[1] - a[0], rng.uniform(-1, 1, 3)
+        s, t = rng.uniform(0, 1, 2)
+        middle = a[0] + s * along
+        across = rng.uniform(-1, 1, 3)
+        point = rng.uniform(-1, 1, 3)
+        pairs += [
+            ("anyhow", a, b),
+            ("parallel", a, a + shift),
+            ("antiparallel", a, a[::-1] + shift),
+            ("nearly parallel", a, a + shift + rng.normal(0, 1e-8, (2, 3))),
+            ("in line", a, np.array([a[0] + (1 + s) * along, a[0] + (2 + s + t) * along])),
+            ("overlapping in line", a, np.array([a[0] + s * along, a[0] + (1 + t) * along])),
+            ("same", a, a.copy()),
+            ("crossing", a, np.array([middle - t * across, middle + (1 - t) * across])),
+            ("sharing an end", a, np.array([a[1], b[1]])),
+            ("point and segment", a, np.array([point, point])),
+            ("segment and point", np.array([point, point]), b),
+            ("two points", np.array([point, point]), np.array([shift, shift])),
+            ("same point", np.array([point, point]), np.array([point, point])),
+        ]
+        if i == 0:
+            grid = np.eye(3)
+            pairs += [(f"axes {j}{k}", np.array([-grid[j], grid[j]]), np.array([-grid[k], grid[k]]) + [0.1, 0.2, 0.3])
+                      for j, k in itertools.product(range(3), repeat=2)]  # fmt: skip
+    return pairs
+
+
+def test_capsule_distances_are_coals() -> None:
+    """Distances of capsules agree with Coal to 1e-9, either way round: parallel, crossing, shrunk to points."""
+    for kind, a, b in segments():
+        for first, second in ((a, b), (b, a), (a[::-1], b)):
+            found = kernel_distance(first, second, 0.02, 0.05)
+            assert found == pytest.approx(coal_distance(first, second, 0.02, 0.05), abs=1e-9), (kind, first, second)
+
+
+@given(st.integers(0, 10**6), st.sampled_from([1.0, 1e-3, 1e-7, 1e-11, 1e-13, 0.0]))
+def test_distance_is_the_least_over_both_segments(seed: int, size: float) -> None:
+    """No pair of points on the two segments is closer than the distance, and some pair is as close."""
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform(-1, 1, (2, 3)), rng.uniform(-1, 1, 3) + size * rng.uniform(-1, 1, (2, 3))
+    found = math.sqrt(segment_distance_squared(a[0], a[1], b[0], b[1]))
+    grid = np.linspace(0, 1, 201)[:, None]
+    points_a, points_b = a[0] + grid * (a[1] - a[0]), b[0] + grid * (b[1] - b[0])
+    sampled = np.linalg.norm(points_a[:, None] - points_b[None], axis=2).min()
+    assert sampled - 0.02 <= found <= sampled + 1e-12
+
+
+@pytest.mark.parametrize("name", sorted(CHAINS))
+def test_collision_of_whole_arms_is_coals(name: str) -> None:
+    """Over random postures the kernel calls those in collision that Coal does."""
+    chain = CHAINS[name]
+    reference, rng = ReferenceModel(chain), np.random.default_rng(3)
+    ends = np.empty((len(chain.capsule_radius), 2, 3))
+    verdicts = []
+    for _ in range(400):
+        q = rng.uniform(chain.lower, chain.upper)
+        view, clearance = KernelView(chain, q), reference.clearance(q)
+        collides = any_pair_collides(
+            chain.capsule_joint, chain.capsule_a, chain.capsule_b, chain.capsule_radius, chain.pairs,
+            view.origins, view.rotations, ends,
+        )  # fmt: skip
+        if abs(clearance) > 1e-9:
+            assert collides == (clearance < 0), (q.tolist(), clearance)
+            verdicts.append(collides)
+    assert len(verdicts) > 390
+    if name in ("fat", "random"):  # the others are too slim to meet themselves often
+        assert 20 < sum(verdicts) < 380
+
+
+def test_capsules_lie_along_their_links() -> None:
+    """A link's capsule runs from its joint's origin to the next one, in any posture."""
+    chain, q = CHAINS["PRRYPY"], np.array([0.3, -1.0, 0.5, 2.0, 0.1, -0.7])
+    view = KernelView(chain, q)
+    ends = np.empty((len(chain.capsule_radius), 2, 3))
+    place_capsules(chain.capsule_joint, chain.capsule_a, chain.capsule_b, view.origins, view.rotations, ends)
+    assert ends[:, 0] == pytest.approx(view.origins[:4], abs=1e-15)
+    assert ends[:, 1] == pytest.approx(view.origins[1:5], abs=1e-15)
+
+
+def residual(chain: Chain, spec: EvaluationSpec, found: dict[tuple[int, int], Array], at: tuple[int, int]) -> str:
+    """Say how well a posture reaches its target by Pinocchio."""
+    if at not in found:
+        return "fails"
+    rotation = np.empty((3, 3))
+    target_rotation(spec.seed, *at, rotation)
+    tip, reference = ReferenceModel(chain).tip(found[at]), ReferenceModel(chain)
+    position = np.linalg.norm(tip.translation - spec.voxel_centres()[at[0]])
+    angle = np.linalg.norm(pin.log3(tip.rotation.T @ rotation))
+    return f"{position:.9g} m, {angle:.9g} rad, clearance {reference.clearance(found[at]):.3g} m"
+
+
+AROUND = {"workspace_min": (-0.3, -0.3, -0.1), "workspace_max": (0.3, 0.3, 0.5), "voxel_size": 0.2}
+QUESTIONS: list[tuple[str, dict[str, Any]]] = [
+    ("PRRYPY", {}),
+    ("YPPYPY", {}),
+    ("RPYPRP", {"solution": "least_torque", "poses_per_voxel": 10}),
+    ("YPYPYPR", {}),
+    ("YPYPYPR", {"gravity": (3.0, -2.0, -9.0), "payload_kg": 1.5, "seed": 11}),
+    ("handed", {"workspace_min": (0.0, -0.3, 0.1), "workspace_max": (0.6, 0.3, 0.7)}),
+    ("random", {"self_collision": False}),
+    ("fat", {"poses_per_voxel": 10}),
+]
+
+
+def test_kernel_and_reference_agree() -> None:
+    """The engines reach the same poses but for 1 in 1,000, with the same torque to 1e-6 but for 1 in 100."""
+    differing: list[str] = []
+    n_poses = both = unlike = in_collision = 0
+    for name, values in QUESTIONS:
+        urdf, tip = ARMS[name]
+        spec = EvaluationSpec.of({**AROUND, "poses_per_voxel": 20, **values})
+        chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
+        kernel = evaluate(urdf, spec, tip=tip, postures=True)
+        reference = evaluate(urdf, spec, tip=tip, postures=True, engine="reference")
+        kernel_q, kernel_torque = by_pose(kernel)
+        reference_q, reference_torque = by_pose(reference)
+        n_poses += spec.n_voxels * spec.poses_per_voxel
+        for at in sorted(kernel_q.keys() ^ reference_q.keys()):
+            said = [residual(chain, spec, found, at) for found in (kernel_q, reference_q)]
+            differing.append(f"{name} voxel {at[0]} pose {at[1]}: kernel {said[0]}; reference {said[1]}")
+        for at in kernel_q.keys() & reference_q.keys():
+            both += 1
+            unlike += abs(kernel_torque[at] - reference_torque[at]) > 1e-6
+        assert np.array_equal(kernel.out_of_range, reference.out_of_range)
+        assert np.abs(kernel.in_collision - reference.in_collision).sum() <= len(differing) + 1
+        in_collision += kernel.in_collision.sum()
+        assert_accepted_postures_are_good(chain, spec, kernel)
+    assert n_poses > 3000
+    assert both > 800
+    assert in_collision > 20
+    assert len(differing) <= n_poses / 1000, "\n".join(differing)
+    assert unlike <= both / 100
+
+
+def by_pose(result: Result) -> tuple[dict[tuple[int, int], Array], dict[tuple[int, int], float]]:
+    """Return the accepted postures, and their torques, by (voxel, pose)."""
+    found = result.postures
+    assert found is not None
+    where = list(zip(found.voxel.tolist(), found.pose.tolist(), strict=True))
+    return dict(zip(where, found.q, strict=True)), dict(zip(where, found.torque.tolist(), strict=True))
+
+
+def assert_accepted_postures_are_good(chain: Chain, spec: EvaluationSpec, result: Result) -> None:
+    """Check every accepted posture by Pinocchio and Coal alone."""
+    found, reference = result.postures, ReferenceModel(chain)
+    assert isinstance(found, Postures)
+    centres, rotation = spec.voxel_centres(), np.empty((3, 3))
+    for voxel, pose, q, torque in zip(found.voxel, found.pose, found.q, found.torque, strict=True):
+        target_rotation(spec.seed, int(voxel), int(pose), rotation)
+        tip = reference.tip(q)
+        assert np.linalg.norm(tip.translation - centres[voxel]) <= spec.position_tolerance + 1e-12
+        assert np.linalg.norm(pin.log3(tip.rotation.T @ rotation)) <= spec.rotation_tolerance + 1e-9
+        assert np.all((chain.lower <= q) & (q <= chain.upper))
+        assert abs(float(np.linalg.norm(reference.torque(q))) - torque) < 1e-9
+        if spec.self_collision:
+            assert reference.clearance(q) > -1e-9
+
+
+@pytest.mark.parametrize("joints", ["PRRYPY", "YPYPYPR"])
+def test_every_accepted_posture_of_the_papers_question_is_good(joints: str) -> None:
+    """Each is at its target within 1 mm and 1 degree, inside the limits, free of collision, its torque right."""
+    spec = EvaluationSpec(poses_per_voxel=15)
+    result = evaluate(arm(joints), spec, postures=True)
+    assert result.reach > 35
+    assert_accepted_postures_are_good(CHAINS[joints], spec, result)
+
+
+@pytest.mark.parametrize("values", [{"position_tolerance": 1e-7, "rotation_tolerance": 1e-7}, {"iterations": 5}])
+def test_tolerances_and_iterations_count(values: dict[str, Any]) -> None:
+    """Tighter tolerances are kept; fewer steps find fewer solutions."""
+    spec, usual = small_spec(**values), small_spec()
+    result = evaluate(arm("PRRYPY"), spec, postures=True)
+    assert_accepted_postures_are_good(CHAINS["PRRYPY"], spec, result)
+    assert 0 < result.reach <= evaluate(arm("PRRYPY"), usual).reach
+    assert result.iterations <= result.attempts * spec.iterations
+
+
+@pytest.mark.parametrize("joints", ["R", "P", "Y", "PR"])
+def test_arms_of_few_joints(joints: str) -> None:
+    """Arms with fewer joints than a pose has freedoms are evaluated, by both engines alike."""
+    lengths = (0.6,) if len(joints) == 1 else (0.3, 0.3)
+    spec = small_spec(poses_per_voxel=5, rotation_tolerance=1.5, position_tolerance=0.25)
+    kernel, reference = (evaluate(arm(joints, lengths), spec, engine=engine) for engine in ("kernel", "reference"))
+    assert kernel.reach == reference.reach
+    assert kernel.reach > 0
+    assert kernel.torque == pytest.approx(reference.torque, abs=1e-9)
