@@ -37,11 +37,15 @@ def audit(
     m = len(postures.voxel)
     if not m:
         return 0, 0.0, ""
-    chosen = sorted({pick(spec.seed, STREAM_AUDIT, number, k, m) for k in range(min(count, m))})
+    chosen: set[int] = set()
+    k = 0
+    while len(chosen) < min(count, m):
+        chosen.add(int(pick(spec.seed, STREAM_AUDIT, number, k, m)))
+        k += 1
     model = ReferenceModel(chain)
     centres, target_r = spec.voxel_centres(), np.empty((3, 3))
     worst, fault = 0.0, ""
-    for i in chosen:
+    for i in sorted(chosen):
         voxel, pose, q = int(postures.voxel[i]), int(postures.pose[i]), postures.q[i]
         target_rotation(spec.seed, voxel, pose, target_r)
         tip = model.tip(q)
