@@ -125,7 +125,9 @@ class WorkerPool:
             command = [sys.executable, "-m", "mobo_core.evaluation.worker", str(theirs.fileno()), str(os.getpid())]
             process = subprocess.Popen(command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL)
         connection = Connection(ours.detach())
-        connection.send(self.answering)
+        # If it has died already, collect() finds out.
+        with contextlib.suppress(OSError):
+            connection.send(self.answering)
         return _Worker(process, connection)
 
     def _replace(self, i: int, reason: str) -> list[bytes]:
