@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from mobo_core import cli
 from mobo_core.bag.study_bag import StudyBag
-from mobo_core.evaluation.answer import Answering
+from mobo_core.evaluation.answer import AnswerEngine, Answering
 from mobo_core.messages import decode, encode, make, message_type
 from mobo_core.search.dispatch import Dispatcher
 from mobo_core.search.optimizer import Optimizer
@@ -27,6 +27,7 @@ def run_study(
     *,
     name: str = "study",
     settings: dict[str, Any] = QUICK,
+    engine: AnswerEngine = "simulated",
     evaluators: Sequence[str] = ("e0", "e1"),
     rejected: Collection[int] = (),
     kill_after: int | None = None,
@@ -39,6 +40,7 @@ def run_study(
         n_trials: the total in it.
         name: of the study.
         settings: of the StudySettings.
+        engine: of the evaluators.
         evaluators: names of who answers.
         rejected: trials that are answered with REJECTED.
         kill_after: leave the bag without an end once so many trials are told, as a killed optimizer does.
@@ -52,7 +54,7 @@ def run_study(
         published.append((topic, data))
 
     optimizer = Optimizer(bag, chosen, n_trials, Dispatcher(), publish, log=lambda line: None)
-    who = {name: Answering(name, "simulated", simulated_s=0.0) for name in evaluators}
+    who = {name: Answering(name, engine, simulated_s=0.0) for name in evaluators}
     pending: list[Any] = []
     now = 0.0
     while not optimizer.done:

@@ -191,3 +191,12 @@ def test_what_is_no_bag_is_refused(
     captured = capsys.readouterr()
     assert words in captured.err and captured.err.count("\n") == 1
     assert not any((tmp_path / "empty").iterdir())
+
+
+def test_file_that_was_cut_off_before_its_first_byte_counts_as_empty(tmp_path: Path) -> None:
+    bag = run_study(tmp_path / "bag", 8, kill_after=4)
+    (bag / "bag_1.mcap").touch()
+    assert mobo("bag", "recover", bag) == 0
+    assert len(messages(bag, "/trials")) == 4
+    run_study(bag, 8, resume=True)
+    assert [trial.trial for trial in messages(bag, "/trials")] == list(range(8))

@@ -25,7 +25,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A study evaluated by the kernel, a few poses a voxel."""
     folder = tmp_path_factory.mktemp("verify") / "good"
     spec = {"poses_per_voxel": 2, "restarts": 1, "iterations": 20}
-    run_study(folder, N, engine="kernel", spec=spec, n_startup_trials=8)
+    run_study(folder, N, engine="kernel", settings={"spec": spec, "n_startup_trials": 8})
     return folder
 
 
@@ -58,12 +58,18 @@ def test_sample_checks_some_evaluations_and_all_designs(bag: Path, capsys: pytes
     assert f"{N} designs asked again, 3 evaluations" in capsys.readouterr().out
 
 
+def _with(values: Any, i: int, value: Any) -> Any:
+    changed = values.copy()
+    changed[i] = value
+    return changed
+
+
 def _urdf_byte(message: Any) -> None:
     message.urdf = message.urdf.replace("0.015", "0.016", 1)
 
 
 def _length(message: Any) -> None:
-    message.lengths[1] = np.nextafter(message.lengths[1], 1.0)
+    message.lengths = np.nextafter(message.lengths, 1.0)
 
 
 def _param(message: Any) -> None:
@@ -77,11 +83,11 @@ def _score(message: Any) -> None:
 
 
 def _voxel(message: Any) -> None:
-    message.voxel_torque[7] = np.nextafter(message.voxel_torque[7], 100.0)
+    message.voxel_torque = _with(message.voxel_torque, 7, np.nextafter(message.voxel_torque[7], 100.0))
 
 
 def _spread(message: Any) -> None:
-    message.voxel_torque_sd[7] += np.float32(1e-3)
+    message.voxel_torque_sd = _with(message.voxel_torque_sd, 7, np.float32(1.25))
 
 
 def _told(message: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,13 +10,15 @@ from typing import NamedTuple
 
 from mcap.exceptions import EndOfFile, McapError
 from mcap.records import Channel, Footer, Header, Message, Metadata, Schema
-from mcap.stream_reader import StreamReader
+from mcap.stream_reader import CRCValidationError, StreamReader
 
 from mobo_core.bag.files import FileSummary, bag_files
 from mobo_core.bag.writer import STUDY_RECORD
 from mobo_core.errors import InputError
 
 _MAX_RECORD_BYTES = 256_000_000
+# The end of an MCAP file: opcode, length, two offsets, their CRC; the CRC and the magic bytes.
+_FOOTER_BYTES, _AFTER_CRC_BYTES = 1 + 8 + 8 + 8 + 4 + 8, 4 + 8
 
 
 class Entry(NamedTuple):
@@ -95,13 +98,15 @@ def _read(stream: object, content: FileContent) -> None:
             elif isinstance(record, Metadata) and record.name == STUDY_RECORD:
                 content.record = dict(record.metadata)
             elif isinstance(record, Footer):
+                _check_summary(content.path, record)
                 content.finished = True
             elif isinstance(record, Header) and record.profile not in ("ros2", ""):
                 raise InputError(f"profile {record.profile!r}", where=str(content.path), expected="a ROS 2 bag")
     except InputError:
         raise
     except Exception as error:  # damage shows as whatever the parser meets
-        if not started:
+        # Nothing at all: its writer was killed between making the file and the first flush.
+        if not started and content.path.stat().st_size:
             raise InputError("not an MCAP file", where=str(content.path), expected="a bag") from None
         # The magic bytes after the footer are missing if nothing but the end is.
         content.cut_off = isinstance(error, EndOfFile)
@@ -117,6 +122,20 @@ def read_bag(folder: Path | str) -> list[FileContent]:
         InputError: no bag, or a file of it is none.
     """
     return [read_file(path) for path in bag_files(folder)]
+
+
+def _check_summary(path: Path, footer: Footer) -> None:
+    """Raise CRCValidationError if the index behind the messages is damaged, which the stream reader passes over."""
+    if not footer.summary_crc:
+        return
+    data = path.read_bytes()[footer.summary_start or -_FOOTER_BYTES : -_AFTER_CRC_BYTES]
+    if zlib.crc32(data) != footer.summary_crc:
+        raise CRCValidationError(footer.summary_crc, zlib.crc32(data), footer)
+
+
+def first_record(contents: list[FileContent]) -> dict[str, str]:
+    """Return the study's record: that of the first file that got so far, or an empty one."""
+    return next((content.record for content in contents if content.record), {})
 
 
 def entries(contents: list[FileContent]) -> Iterator[Entry]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mobo_core import __version__
-from mobo_core.bag.reader import FileContent, entries, read_bag
+from mobo_core.bag.reader import FileContent, entries, first_record, read_bag
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -144,7 +144,7 @@ def read_study(path: Path | str) -> StudyRecord:
 
 def study_from(contents: list[FileContent], path: Path) -> StudyRecord:
     """Return the study that the contents of a bag's files tell of; errors as :func:`read_study`."""
-    first = contents[0].record
+    first = first_record(contents)
     study = StudyRecord(path, first.get("study", ""), settings_of(first, str(path)), first, contents=contents)
     lists = {
         "Candidate": study.candidates,

@@ -8,7 +8,7 @@ from typing import Any
 
 from mobo_core.bag.files import write_metadata
 from mobo_core.bag.lock import LOCK_FILE, BagLock
-from mobo_core.bag.reader import FileContent, read_bag
+from mobo_core.bag.reader import FileContent, first_record, read_bag
 from mobo_core.bag.record import StudyRecord, settings_of, study_from, study_record
 from mobo_core.bag.recover import recover_file
 from mobo_core.bag.writer import McapFile, custom_data, next_file
@@ -53,7 +53,7 @@ class StudyBag:
         if existing and not resume:
             raise InputError("exists already", where=str(folder), expected="resume:=true, or the name of a new bag")
         if existing:
-            _same_study(read_bag(folder)[0].record, name, settings, str(folder))
+            _same_study(first_record(read_bag(folder)), name, settings, str(folder))
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = BagLock(folder, node)
@@ -68,7 +68,7 @@ class StudyBag:
 
     def _continue(self) -> None:
         self._contents = [
-            content if content.finished else recover_file(content) for content in read_bag(self.folder)
+            content if content.finished else recover_file(content, self._record) for content in read_bag(self.folder)
         ]
         self.past = study_from(self._contents, self.folder)
 

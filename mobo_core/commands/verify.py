@@ -40,7 +40,7 @@ def run(args: argparse.Namespace) -> int:
         if value is not None and value < (0 if name == "sample" else 1):
             raise InputError(str(value), where=f"--{name}", expected="a whole number, not negative")
     study = read_study(args.bag)
-    kernel()  # before the workers: one compiles, not each
+    kernel(study.settings.space.n_joints)  # before the workers: one compiles, not each
     with bar("verifying") as progress:
         found = verify(study, sample=args.sample, workers=args.workers, progress=progress)
     for fault in found.faults[:_MOST_SHOWN]:

@@ -15,31 +15,29 @@ class KnownArm:
 
     Attributes:
         name: as its maker or users call it.
-        joints: its joint order, or the first four joints where the paper names no more.
+        joints: its joint order, or the first joints where the paper names no more.
+        n_joints: how many it has in all.
     """
 
     name: str
     joints: str
+    n_joints: int
 
 
 CATALOGUE = (
-    KnownArm("ALOHA", "YPPYPY"),
-    KnownArm("COBOTTA", "YPPYPY"),
-    KnownArm("xArm 6", "YPPYPY"),
-    KnownArm("Spot's arm", "YPPYPY"),
-    KnownArm("ARX", "YPPPRY"),
-    KnownArm("myCobot", "YPPPYP"),
-    KnownArm("Panda", "YPYPYPR"),
-    KnownArm("Sawyer", "YPYPYPY"),
-    KnownArm("Kinova Gen3", "YPYPYPY"),
-    KnownArm("Cyton Gamma", "YPRP"),
+    KnownArm("ALOHA", "YPPYPY", 6),
+    KnownArm("COBOTTA", "YPPYPY", 6),
+    KnownArm("xArm 6", "YPPYPY", 6),
+    KnownArm("Spot's arm", "YPPYPY", 6),
+    KnownArm("ARX", "YPPPRY", 6),
+    KnownArm("myCobot", "YPPPYP", 6),
+    KnownArm("Panda", "YPYPYPR", 7),
+    KnownArm("Sawyer", "YPYPYPY", 7),
+    KnownArm("Kinova Gen3", "YPYPYPY", 7),
+    KnownArm("Cyton Gamma", "YPRP", 7),
 )
 
 
 def known_arms(joints: str) -> list[str]:
     """Return the names of the known arms that have this joint order."""
-    return [
-        arm.name
-        for arm in CATALOGUE
-        if arm.joints == joints or (len(arm.joints) < 6 and joints.startswith(arm.joints))
-    ]
+    return [arm.name for arm in CATALOGUE if arm.n_joints == len(joints) and joints.startswith(arm.joints)]

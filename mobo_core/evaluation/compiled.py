@@ -6,6 +6,8 @@ import atexit
 import fcntl
 import functools
 import hashlib
+import importlib.util
+import inspect
 import os
 import shutil
 import sys
@@ -14,7 +16,23 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
-SOURCES = ("numerics.py", "geometry.py", "kernel.py")
+from mobo_core.errors import InputError
+
+SOURCES = ("numerics.py", "geometry.py", "kernel.py", "lanes.py", "sweep.py")
+
+# The kernel is written out joint by joint; beyond this, compiling it takes minutes.
+MAX_JOINTS = 12
+
+_HEADER = """\
+# Made by mobo_core.evaluation.compiled; not to be edited.
+import math
+
+import numpy as np
+from numba import njit
+
+from mobo_core.evaluation.sweep import *
+
+"""
 
 
 def cache_folder() -> Path:
@@ -35,9 +53,9 @@ def cache_folder() -> Path:
     return base / "mobo" / f"kernel-{text.hexdigest()[:16]}"
 
 
-def is_compiled() -> bool:
-    """Return whether this machine holds a compiled kernel that fits."""
-    return (cache_folder() / "complete").exists()
+def is_compiled(n: int = 6) -> bool:
+    """Return whether this machine holds a compiled kernel for ``n`` joints that fits."""
+    return (cache_folder() / f"complete_{n}").exists()
 
 
 def use_cache_folder() -> None:
@@ -65,34 +83,55 @@ def _to_stderr(text: str) -> None:
 
 
 @functools.cache
-def kernel(say: Callable[[str], None] = _to_stderr) -> ModuleType:
-    """Return the module :mod:`mobo_core.evaluation.kernel`, compiled.
+def kernel(n: int = 6, say: Callable[[str], None] = _to_stderr) -> ModuleType:
+    """Return the compiled kernel for ``n`` joints: a module with the function ``evaluate_voxels``.
 
     The first process on a machine compiles under a file lock; others wait for it. Both say so.
+
+    Raises:
+        InputError: more than MAX_JOINTS joints.
     """
-    folder = cache_folder()
+    if n > MAX_JOINTS:
+        expected = f"at most {MAX_JOINTS}, or the reference engine"
+        raise InputError(f"{n} joints on the way to the tip", where="kernel", expected=expected)
+    use_cache_folder()
+    folder, complete = cache_folder(), cache_folder() / f"complete_{n}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / "lock").open("a")
     except OSError as error:
         say(f"mobo: cannot keep the compiled kernel ({error.strerror}: {folder}); compiling for this process")
-        return _load()
+        return _load(n)
     with lock:
-        if not (folder / "complete").exists():
+        if not complete.exists():
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 say("mobo: waiting for another process that compiles the evaluation kernel …")
                 fcntl.flock(lock, fcntl.LOCK_EX)
-            if not (folder / "complete").exists():
-                say("mobo: compiling the evaluation kernel, once per machine …")
-                module = _load()
-                (folder / "complete").touch()
+            if not complete.exists():
+                say(f"mobo: compiling the evaluation kernel for {n} joints, once per machine …")
+                module = _load(n)
+                complete.touch()
                 return module
-    return _load()
+    return _load(n)
 
 
-def _load() -> ModuleType:
-    from mobo_core.evaluation import warm_up
+def _load(n: int) -> ModuleType:
+    """Import the generated module for ``n`` joints, writing it if it is not there, and call it once."""
+    import numba
 
-    return warm_up.run()
+    from mobo_core.evaluation import lanes, sweep, warm_up
+
+    name = f"mobo_kernel_{n}"
+    path = Path(numba.config.CACHE_DIR) / f"{name}.py"  # type: ignore[attr-defined]
+    if not path.exists():
+        decorator = '@njit(cache=True, nogil=True, error_model="numpy")\n'
+        functions = (lanes.lane_step_source(n), inspect.getsource(sweep.evaluate_voxels))
+        path.write_text(_HEADER + "\n\n".join(decorator + function for function in functions), encoding="utf-8")
+    found = importlib.util.spec_from_file_location(name, path)
+    assert found is not None and found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    sys.modules[name] = module  # Numba looks functions up by their module
+    found.loader.exec_module(module)
+    warm_up.run(module, n)
+    return module

@@ -214,7 +214,7 @@ def _question(spec: EvaluationSpec) -> tuple[Any, ...]:
 
 
 def _kernel_call(chain: Chain, spec: EvaluationSpec, threads: int) -> Callable[[int, int, _Outputs], None]:
-    compiled = kernel()
+    compiled = kernel(chain.n)
     arrays = (
         chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, chain.lower, chain.upper, chain.mass,
         chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
@@ -241,7 +241,6 @@ def _kernel_call(chain: Chain, spec: EvaluationSpec, threads: int) -> Callable[[
 def _reference_call(chain: Chain, spec: EvaluationSpec) -> Callable[[int, int, _Outputs], None]:
     from mobo_core.evaluation.reference import evaluate_voxels_reference
 
-    kernel()  # the targets and starts it shares with the kernel
     centres, question = spec.voxel_centres(), _question(spec)
 
     def compute(first: int, last: int, out: _Outputs) -> None:

@@ -9,7 +9,7 @@ from mobo_core.evaluation.compiled import use_cache_folder
 use_cache_folder()
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def segment_distance_squared(a0, a1, b0, b1):
     """Return the squared distance of the segments a0-a1 and b0-b1 (each end of shape (3,), m).
 
@@ -52,7 +52,7 @@ def segment_distance_squared(a0, a1, b0, b1):
     return x * x + y * y + z * z
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def place_capsules(capsule_joint, capsule_a, capsule_b, origins, rotations, ends):
     """Write the ends of the capsules' segments in the base frame, shape (capsules, 2, 3).
 
@@ -70,7 +70,7 @@ def place_capsules(capsule_joint, capsule_a, capsule_b, origins, rotations, ends
                     ends[c, e, k] = origins[j, k] + r[k, 0] * p[0] + r[k, 1] * p[1] + r[k, 2] * p[2]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def any_pair_collides(capsule_joint, capsule_a, capsule_b, capsule_radius, pairs, origins, rotations, ends):
     """Return whether any of the pairs (k, 2) of capsules touches or overlaps; ``ends`` is work space."""
     place_capsules(capsule_joint, capsule_a, capsule_b, origins, rotations, ends)

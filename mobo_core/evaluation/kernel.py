@@ -13,11 +13,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
-from mobo_core.evaluation.geometry import any_pair_collides
-from mobo_core.evaluation.numerics import random_start, sin_cos, target_rotation
+from mobo_core.evaluation.numerics import sin_cos
 
 # Outcome of a pose.
 REACHED = 0
@@ -30,9 +28,11 @@ DAMPING_FLOOR = 1e-5
 DAMPING_GAIN = 0.02
 # Largest step of a joint in one iteration, rad.
 MAX_STEP = 1.0
+# 1 + trace of the rotation between tool and target below which they are half a turn apart.
+HALF_TURN = 1e-8
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations, tip):
     """Write joint axes (n, 3), joint origins (n, 3) and joint rotations (n, 3, 3) at ``q``, base frame.
 
@@ -78,7 +78,7 @@ def forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations,
         r[2, 0], r[2, 1], r[2, 2] = a20, a21, a22
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def tool_error(tip, target_r, target_p, error):
     """Write the tool's six errors at pose ``tip`` and return the squared norms (position, orientation)."""
     ex = target_p[0] - tip[3, 0]
@@ -95,15 +95,15 @@ def tool_error(tip, target_r, target_p, error):
         trace += a0 * b0 + a1 * b1 + a2 * b2
     # sin(w) = 2 sin(w/2) cos(w/2), and 4 cos^2(w/2) = 1 + trace; bounded away from the half turn, next to
     # which the errors vanish, but not their norm.
-    f = 1.0 / math.sqrt(max(1.0 + trace, 1e-8))
+    f = 1.0 / math.sqrt(max(1.0 + trace, HALF_TURN))
     sx, sy, sz = f * sx, f * sy, f * sz
     error[0], error[1], error[2] = ex, ey, ez
     error[3], error[4], error[5] = sx, sy, sz
-    e_rotation = sx * sx + sy * sy + sz * sz if 1.0 + trace > 1e-8 else 3.0 - trace
+    e_rotation = sx * sx + sy * sy + sz * sz if 1.0 + trace > HALF_TURN else 3.0 - trace
     return ex * ex + ey * ey + ez * ez, e_rotation
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def jacobian(axes, origins, tip, jac):
     """Write the Jacobian of the tip, shape (n, 6): row i is (axis x (tip - origin), axis) of joint i."""
     for i in range(axes.shape[0]):
@@ -117,7 +117,7 @@ def jacobian(axes, origins, tip, jac):
         jac[i, 3], jac[i, 4], jac[i, 5] = ax, ay, az
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def damped_step(jac, free, error, damping, m, y, step):
     """Write the damped least-squares step J^T (J J^T + damping I)^-1 error over the free joints.
 
@@ -160,7 +160,7 @@ def damped_step(jac, free, error, damping, m, y, step):
         step[i] = v
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def gravity_torque(mass, com, gravity, axes, origins, rotations, torque):
     """Write the torque in N m that holds each joint against gravity; return its L2 norm.
 
@@ -185,92 +185,3 @@ def gravity_torque(mass, com, gravity, axes, origins, rotations, torque):
         torque[i] = t
         total += t * t
     return math.sqrt(total)
-
-
-@njit(cache=True, nogil=True)
-def evaluate_voxels(
-    placement_r, placement_p, tip_r, tip_p, lower, upper, mass, com, radius_of_reach,
-    capsule_joint, capsule_a, capsule_b, capsule_radius, pairs,
-    centres, first, last, seed, poses, attempts, max_iterations, position_tolerance, half_angle_sine,
-    self_collision, least_torque, gravity,
-    out_outcome, out_torque, out_q, out_effort,
-):  # fmt: skip
-    """Evaluate all poses of the voxels ``first`` to ``last`` - 1 (numbers in ``centres``, shape (voxels, 3)).
-
-    ``half_angle_sine`` is twice the sine of half the rotation tolerance. Results go to the rows counted
-    from ``first``: ``out_outcome`` (last - first, poses), ``out_torque`` likewise in N m, ``out_q``
-    (last - first, poses, n) in rad, and ``out_effort`` (last - first, 2): attempts and iterations.
-    """
-    n = lower.shape[0]
-    axes, origins, rotations = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
-    tip, target_r, error = np.empty((4, 3)), np.empty((3, 3)), np.empty(6)
-    jac, m, y = np.empty((n, 6)), np.empty((6, 6)), np.empty(6)
-    q, step, torque = np.empty(n), np.empty(n), np.empty(n)
-    free = np.empty(n, np.bool_)
-    ends = np.empty((capsule_joint.shape[0], 2, 3))
-    for voxel in range(first, last):
-        row = voxel - first
-        target_p = centres[voxel]
-        # From the first joint's origin, whatever its angle.
-        dx = target_p[0] - placement_p[0, 0]
-        dy = target_p[1] - placement_p[0, 1]
-        dz = target_p[2] - placement_p[0, 2]
-        beyond = radius_of_reach + position_tolerance
-        out_of_range = dx * dx + dy * dy + dz * dz > beyond * beyond
-        for pose in range(poses):
-            if out_of_range:
-                out_outcome[row, pose] = OUT_OF_RANGE
-                continue
-            target_rotation(seed, voxel, pose, target_r)
-            outcome = NOT_CONVERGED
-            best = math.inf
-            for attempt in range(attempts):
-                out_effort[row, 0] += 1
-                random_start(seed, voxel, pose, attempt, lower, upper, q)
-                converged = False
-                for iteration in range(max_iterations + 1):
-                    forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations, tip)
-                    e_position, e_rotation = tool_error(tip, target_r, target_p, error)
-                    if (
-                        e_position <= position_tolerance * position_tolerance
-                        and e_rotation <= half_angle_sine * half_angle_sine
-                    ):
-                        converged = True
-                        break
-                    if iteration == max_iterations:
-                        break
-                    out_effort[row, 1] += 1
-                    jacobian(axes, origins, tip, jac)
-                    for i in range(n):
-                        # The gradient says where the joint would go; a joint at its limit stays there.
-                        g = 0.0
-                        for a in range(6):
-                            g += jac[i, a] * error[a]
-                        free[i] = not ((q[i] <= lower[i] and g < 0.0) or (q[i] >= upper[i] and g > 0.0))
-                    damping = DAMPING_FLOOR + DAMPING_GAIN * (e_position + e_rotation)
-                    damped_step(jac, free, error, damping, m, y, step)
-                    largest = 0.0
-                    for i in range(n):
-                        largest = max(largest, abs(step[i]))
-                    scale = 1.0 if largest <= MAX_STEP else MAX_STEP / largest
-                    for i in range(n):
-                        q[i] = min(max(q[i] + scale * step[i], lower[i]), upper[i])
-                if not converged:
-                    continue
-                if self_collision and any_pair_collides(
-                    capsule_joint, capsule_a, capsule_b, capsule_radius, pairs, origins, rotations, ends
-                ):
-                    if outcome == NOT_CONVERGED:
-                        outcome = IN_COLLISION
-                    continue
-                norm = gravity_torque(mass, com, gravity, axes, origins, rotations, torque)
-                outcome = REACHED
-                if norm < best:
-                    best = norm
-                    for i in range(n):
-                        out_q[row, pose, i] = q[i]
-                if not least_torque:
-                    break
-            out_outcome[row, pose] = outcome
-            if outcome == REACHED:
-                out_torque[row, pose] = best

@@ -57,38 +57,31 @@ def pick(seed: int, kind: int, a: int, k: int, count: int) -> int:
 
 
 # pi/2 in three parts: products of the first two with a small whole number are exact.
-_HALF_PI_1 = 1.5707963267341256
-_HALF_PI_2 = 6.077100506303966e-11
-_HALF_PI_3 = 2.0222662487959506e-21
-_TWO_OVER_PI = 0.6366197723675814
+HALF_PI_PARTS = (1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21)
+TWO_OVER_PI = 0.6366197723675814
+
+# Taylor coefficients, highest power first: sin r = r + r^3 P(r^2), cos r = 1 + r^2 U(r^2).
+SIN_TERMS = tuple((-1.0) ** k / math.factorial(2 * k + 1) for k in range(7, 0, -1))
+COS_TERMS = tuple((-1.0) ** k / math.factorial(2 * k) for k in range(8, 0, -1))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def sin_cos(x: float) -> tuple[float, float]:
     """Return sine and cosine of ``x`` (rad, |x| < 1e5), each within 2e-16 or so.
 
     Quarter turns are taken off, the rest is a Taylor series in [-pi/4, pi/4], whose first term left out
     is below 5e-17.
     """
-    k = math.floor(x * _TWO_OVER_PI + 0.5)
-    r = ((x - k * _HALF_PI_1) - k * _HALF_PI_2) - k * _HALF_PI_3
+    k = math.floor(x * TWO_OVER_PI + 0.5)
+    r = ((x - k * HALF_PI_PARTS[0]) - k * HALF_PI_PARTS[1]) - k * HALF_PI_PARTS[2]
     t = r * r
-    p = -1.0 / 1307674368000.0
-    p = p * t + 1.0 / 6227020800.0
-    p = p * t - 1.0 / 39916800.0
-    p = p * t + 1.0 / 362880.0
-    p = p * t - 1.0 / 5040.0
-    p = p * t + 1.0 / 120.0
-    p = p * t - 1.0 / 6.0
+    p = SIN_TERMS[0]
+    for i in range(1, len(SIN_TERMS)):
+        p = p * t + SIN_TERMS[i]
     s = r + r * t * p
-    p = 1.0 / 20922789888000.0
-    p = p * t - 1.0 / 87178291200.0
-    p = p * t + 1.0 / 479001600.0
-    p = p * t - 1.0 / 3628800.0
-    p = p * t + 1.0 / 40320.0
-    p = p * t - 1.0 / 720.0
-    p = p * t + 1.0 / 24.0
-    p = p * t - 0.5
+    p = COS_TERMS[0]
+    for i in range(1, len(COS_TERMS)):
+        p = p * t + COS_TERMS[i]
     c = 1.0 + t * p
     quarter = int(k) & 3
     if quarter == 0:

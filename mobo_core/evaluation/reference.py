@@ -89,8 +89,8 @@ def tool_error(tip: Any, target_r: Array, target_p: Array) -> tuple[Array, float
         [relative[2, 1] - relative[1, 2], relative[0, 2] - relative[2, 0], relative[1, 0] - relative[0, 1]]
     )
     trace = relative[0, 0] + relative[1, 1] + relative[2, 2]
-    position, orientation = target_p - tip.translation, 2.0 * sine / math.sqrt(max(1.0 + trace, 1e-8))
-    e_rotation = float(orientation @ orientation if 1.0 + trace > 1e-8 else 3.0 - trace)
+    position, orientation = target_p - tip.translation, 2.0 * sine / math.sqrt(max(1.0 + trace, kernel.HALF_TURN))
+    e_rotation = float(orientation @ orientation if 1.0 + trace > kernel.HALF_TURN else 3.0 - trace)
     return np.concatenate([position, orientation]), float(position @ position), e_rotation
 
 
