@@ -54,6 +54,7 @@ def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[in
             return RandomSampler(seed=own)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            warnings.simplefilter("ignore", FutureWarning)  # gamma goes away in Optuna 6
             if name == "tpe":
                 return TPESampler(
                     n_startup_trials=n_startup_trials, multivariate=True, constant_liar=True, seed=own

@@ -1,0 +1,426 @@
+"""Which evaluator gets which trial, and which answer counts."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import (
+    Bundle,
+    RuleBasedStateMachine,
+    consumes,
+    initialize,
+    invariant,
+    multiple,
+    precondition,
+    rule,
+)
+
+from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
+
+
+def leases(dispatcher: Dispatcher) -> dict[int, list[Dispatch]]:
+    """Return the sendings under lease of every open trial."""
+    return {trial: [lease.dispatch for lease in record.leases.values()] for trial, record in dispatcher._open.items()}
+
+
+def started(trials: int = 1, slots: int = 1, evaluators: str = "a", **options: float) -> Dispatcher:
+    """Return a dispatcher with open trials and evaluators of one letter each, heard at time 0."""
+    dispatcher = Dispatcher(**options)  # type: ignore[arg-type]
+    for trial in range(trials):
+        dispatcher.open(trial)
+    for name in evaluators:
+        assert dispatcher.heard(name, slots, [], 0.0)
+    return dispatcher
+
+
+def beat(dispatcher: Dispatcher, times: range, *holding: Dispatch, name: str = "a", slots: int = 1) -> None:
+    """Send a heartbeat that names candidates at each of the times, and let the time pass."""
+    for now in times:
+        dispatcher.heard(name, slots, [(d.trial, d.attempt) for d in holding], now)
+        assert dispatcher.expire(now) == ([], [])
+
+
+def test_trials_go_out_lowest_first_to_who_has_most_room() -> None:
+    """Trials go out in order of number, each to the evaluator with most free places, none to a full one."""
+    dispatcher = started(trials=0)
+    for trial in (5, 3, 9, 1):
+        dispatcher.open(trial)
+    dispatcher.heard("b", 2, [], 0.0)
+    sent = dispatcher.next_dispatches(0.0)
+    assert sent == [Dispatch(1, 1, "b"), Dispatch(3, 1, "a"), Dispatch(5, 1, "b")]
+    assert dispatcher.next_dispatches(0.0) == []
+    assert dispatcher.open_trials == {1, 3, 5, 9}
+    assert dispatcher.answered(sent[1], ok=True) is Verdict.ACCEPTED
+    assert dispatcher.next_dispatches(1.0) == [Dispatch(9, 1, "a")]
+
+
+def test_first_good_answer_counts_and_no_other() -> None:
+    """An answer to a trial is accepted once; all later ones, of any sending, are late."""
+    dispatcher = started()
+    (sent,) = dispatcher.next_dispatches(0.0)
+    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.open_trials == set()
+    for ok in (True, False):
+        assert dispatcher.answered(sent, ok=ok) is Verdict.LATE
+        assert dispatcher.answered(sent._replace(attempt=2), ok=ok) is Verdict.LATE
+
+
+def test_answers_to_what_was_never_sent_do_not_count() -> None:
+    """Another attempt, another evaluator or a trial never opened: no such answer is used, the true one still is."""
+    dispatcher = started(evaluators="ab")
+    (sent,) = dispatcher.next_dispatches(0.0)
+    for ok in (True, False):
+        assert dispatcher.answered(sent._replace(attempt=2), ok=ok) is Verdict.UNKNOWN
+        assert dispatcher.answered(sent._replace(evaluator="b"), ok=ok) is Verdict.UNKNOWN
+        assert dispatcher.answered(sent._replace(trial=1), ok=ok) is Verdict.LATE
+    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED
+
+
+def test_heartbeats_that_name_a_candidate_renew_its_lease() -> None:
+    """For as long as heartbeats name it a candidate stays where it is, far beyond one lease."""
+    dispatcher = started(lease_s=10)
+    (sent,) = dispatcher.next_dispatches(0.0)
+    beat(dispatcher, range(1, 500), sent)
+    assert dispatcher.next_dispatches(499) == []
+    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED
+
+
+def test_lost_evaluator() -> None:
+    """An evaluator not heard of for silence_s is lost, once; its candidate goes to another, as attempt 2."""
+    dispatcher = started(evaluators="a", silence_s=4)
+    (sent,) = dispatcher.next_dispatches(0.0)
+    assert dispatcher.expire(4.0) == ([], [])
+    assert dispatcher.expire(4.1) == (["a"], [])
+    assert dispatcher.expire(5.0) == ([], [])
+    assert dispatcher.evaluators == {}
+    assert dispatcher.next_dispatches(5.0) == []
+    assert dispatcher.heard("b", 1, [], 5.0)
+    assert dispatcher.next_dispatches(5.0) == [Dispatch(0, 2, "b")]
+    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED  # it was not dead after all, and first
+    assert dispatcher.answered(Dispatch(0, 2, "b"), ok=True) is Verdict.LATE
+
+
+def test_lost_evaluator_that_comes_back() -> None:
+    """An evaluator heard again after it was lost is new again, and gets work again."""
+    dispatcher = started()
+    dispatcher.expire(100.0)
+    assert dispatcher.heard("a", 3, [], 101.0)
+    assert not dispatcher.heard("a", 3, [], 102.0)
+    assert dispatcher.evaluators == {"a": 3}
+    assert dispatcher.next_dispatches(102.0) == [Dispatch(0, 1, "a")]
+
+
+def test_losing_evaluators_costs_no_attempts() -> None:
+    """However many evaluators are lost with it, a trial is not given up."""
+    dispatcher = started(evaluators="", max_attempts=1)
+    for i in range(20):
+        dispatcher.heard(f"e{i}", 1, [], 100.0 * i)
+        assert dispatcher.next_dispatches(100.0 * i) == [Dispatch(0, i + 1, f"e{i}")]
+        assert dispatcher.expire(100.0 * i + 50) == ([f"e{i}"], [])
+    assert dispatcher.open_trials == {0}
+
+
+def test_goodbye() -> None:
+    """An evaluator that says goodbye gives back what it holds, at once; a stranger's goodbye means nothing."""
+    dispatcher = started(trials=2, slots=2)
+    sent = dispatcher.next_dispatches(0.0)
+    assert dispatcher.left("nobody") == []
+    assert sorted(dispatcher.left("a")) == sent
+    assert dispatcher.evaluators == {}
+    dispatcher.heard("b", 2, [], 0.0)
+    assert dispatcher.next_dispatches(0.0) == [Dispatch(0, 2, "b"), Dispatch(1, 2, "b")]
+
+
+def test_lost_message() -> None:
+    """A candidate that its evaluator does not name after grace_s got lost on the way, and is sent again."""
+    dispatcher = started(grace_s=2)
+    (sent,) = dispatcher.next_dispatches(0.0)
+    beat(dispatcher, range(1, 3))  # it may still be on its way
+    assert dispatcher.next_dispatches(2.0) == []
+    beat(dispatcher, range(3, 4))
+    (again,) = dispatcher.next_dispatches(3.0)
+    assert again == Dispatch(0, 2, "a")
+    beat(dispatcher, range(4, 30), again)
+    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED  # both are valid, the first wins
+
+
+def test_heartbeat_that_names_an_old_attempt_does_not_hold_the_new_one() -> None:
+    """What an evaluator names counts by trial and attempt."""
+    dispatcher = started(grace_s=2)
+    dispatcher.next_dispatches(0.0)
+    beat(dispatcher, range(3, 4))
+    (second,) = dispatcher.next_dispatches(3.0)
+    beat(dispatcher, range(4, 7), Dispatch(0, 1, "a"))
+    assert dispatcher.next_dispatches(7.0) == [second._replace(attempt=3)]
+
+
+def test_lease_that_nobody_renews() -> None:
+    """A lease ends after lease_s although its evaluator is alive; heartbeats of others that name it renew nothing."""
+    dispatcher = started(evaluators="a", lease_s=10, grace_s=1e9)
+    (sent,) = dispatcher.next_dispatches(0.0)
+    for now in range(1, 11):
+        dispatcher.heard("b", 1, [(0, 1)], now)
+        dispatcher.heard("a", 1, [], now)
+        assert dispatcher.expire(now) == ([], [])
+        assert leases(dispatcher) == {0: [sent]}
+    assert dispatcher.expire(10.5) == ([], [])
+    assert leases(dispatcher) == {0: []}
+
+
+def test_failed_trial_goes_to_another_evaluator() -> None:
+    """A trial that failed on one evaluator waits for another while there is one, and else goes to the same again."""
+    dispatcher = started(evaluators="ab", max_attempts=5)
+    dispatcher.open(1)
+    first, second = dispatcher.next_dispatches(0.0)
+    assert (first.evaluator, second.evaluator) == ("a", "b")
+    assert dispatcher.answered(first, ok=False) is Verdict.RETRY
+    assert dispatcher.next_dispatches(1.0) == []  # a is free, but b has not tried
+    assert dispatcher.answered(second, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.next_dispatches(2.0) == [Dispatch(0, 2, "b")]
+    assert dispatcher.answered(Dispatch(0, 2, "b"), ok=False) is Verdict.RETRY
+    assert dispatcher.next_dispatches(3.0) == [Dispatch(0, 3, "a")]  # failed on all: any will do
+    assert dispatcher.answered(Dispatch(0, 3, "a"), ok=True) is Verdict.ACCEPTED
+
+
+def test_other_trials_pass_one_that_waits_for_another_evaluator() -> None:
+    """A trial that waits for an evaluator it has not failed on does not hold up those behind it."""
+    dispatcher = started(trials=2, evaluators="ab")
+    first, second = dispatcher.next_dispatches(0.0)
+    dispatcher.open(2)
+    assert dispatcher.answered(first, ok=False) is Verdict.RETRY
+    assert dispatcher.next_dispatches(0.0) == [Dispatch(2, 1, "a")]
+    assert dispatcher.answered(second, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.next_dispatches(0.0) == [Dispatch(0, 2, "b")]
+
+
+def test_max_attempts() -> None:
+    """After max_attempts failures a trial is given up, once; nothing counts for it any more."""
+    dispatcher = started(max_attempts=3)
+    verdicts = []
+    for _ in range(3):
+        (sent,) = dispatcher.next_dispatches(0.0)
+        verdicts.append(dispatcher.answered(sent, ok=False))
+        assert dispatcher.answered(sent, ok=False) is Verdict.LATE  # said twice, counted once
+    assert verdicts == [Verdict.RETRY, Verdict.RETRY, Verdict.EXHAUSTED]
+    assert dispatcher.open_trials == set()
+    assert dispatcher.next_dispatches(0.0) == []
+    assert dispatcher.answered(Dispatch(0, 1, "a"), ok=True) is Verdict.LATE
+
+
+def test_evaluations_that_take_too_long() -> None:
+    """An evaluation over its time counts as failed, heartbeats or not; after max_attempts the trial is given up."""
+    dispatcher = started(evaluators="ab", max_attempts=2, evaluation_timeout_s=30, silence_s=1e9, lease_s=1e9)
+    (first,) = dispatcher.next_dispatches(0.0)
+    beat(dispatcher, range(1, 31), first)
+    dispatcher.heard("a", 1, [(0, 1)], 30.5)
+    assert dispatcher.expire(30.5) == ([], [])
+    (second,) = dispatcher.next_dispatches(30.5)
+    assert second == Dispatch(0, 2, "b")
+    assert dispatcher.expire(60.5) == ([], [])
+    assert dispatcher.expire(60.6) == ([], [0])
+    assert dispatcher.expire(60.7) == ([], [])
+    assert dispatcher.open_trials == set()
+    assert dispatcher.answered(second, ok=True) is Verdict.LATE
+
+
+def test_answer_that_comes_after_its_lease_still_counts() -> None:
+    """A good answer to an expired sending is accepted while the trial is open, and ends the newer sending."""
+    dispatcher = started()
+    (first,) = dispatcher.next_dispatches(0.0)
+    dispatcher.expire(10.1)
+    assert leases(dispatcher) == {0: []}
+    assert dispatcher.answered(first, ok=False) is Verdict.LATE  # no lease of it to fail
+    dispatcher.heard("b", 1, [], 10.1)
+    (second,) = dispatcher.next_dispatches(10.1)
+    assert second == Dispatch(0, 2, "b")
+    assert dispatcher.answered(first, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(second, ok=True) is Verdict.LATE
+
+
+def test_trials_opened_from_a_record() -> None:
+    """Sendings that a record knows of may still be answered, and new attempts count on from them."""
+    dispatcher = started(trials=0)
+    recorded = [Dispatch(4, 1, "x"), Dispatch(4, 2, "y")]
+    dispatcher.open(4, recorded)
+    assert dispatcher.next_dispatches(0.0) == [Dispatch(4, 3, "a")]
+    assert dispatcher.answered(Dispatch(4, 2, "x"), ok=True) is Verdict.UNKNOWN
+    assert dispatcher.answered(recorded[1], ok=True) is Verdict.ACCEPTED
+
+
+def test_closing_a_trial() -> None:
+    """A trial that is closed from outside is not sent and takes no answer; its evaluator is free again."""
+    dispatcher = started(trials=2)
+    (sent,) = dispatcher.next_dispatches(0.0)
+    dispatcher.close(0)
+    dispatcher.close(0)
+    assert dispatcher.answered(sent, ok=True) is Verdict.LATE
+    assert dispatcher.next_dispatches(0.0) == [Dispatch(1, 1, "a")]
+
+
+NAMES = ["a", "b", "c"]
+SLOTS = {"a": 1, "b": 2, "c": 3, "healer": 2}
+
+
+class AnyOrder(RuleBasedStateMachine):
+    """Trials, evaluators, time, and messages that come late, twice, never, or from nowhere, in any order.
+
+    The world here knows what was sent and what has ended; the dispatcher has to agree. In the end a good
+    evaluator joins, and every trial must come to its end, exactly once.
+    """
+
+    sendings = Bundle("sendings")
+
+    @initialize(max_attempts=st.integers(1, 3), timeout=st.sampled_from([20.0, 1e9]))
+    def begin(self, max_attempts: int, timeout: float) -> None:
+        self.now = 0.0
+        self.max_attempts, self.timeout = max_attempts, timeout
+        self.dispatcher = Dispatcher(
+            lease_s=10, max_attempts=max_attempts, evaluation_timeout_s=timeout, silence_s=4, grace_s=2
+        )
+        self.opened = 0
+        self.ended: Counter[int] = Counter()
+        self.retries: Counter[int] = Counter()
+        self.sent: set[Dispatch] = set()
+        self.held: dict[str, set[Dispatch]] = {name: set() for name in SLOTS}
+
+    @rule(count=st.integers(1, 3))
+    def open_trials(self, count: int) -> None:
+        for _ in range(count):
+            self.dispatcher.open(self.opened)
+            self.opened += 1
+
+    @rule(name=st.sampled_from(NAMES))
+    def heartbeat(self, name: str) -> None:
+        known = name in self.dispatcher.evaluators
+        new = self.dispatcher.heard(name, SLOTS[name], [(d.trial, d.attempt) for d in self.held[name]], self.now)
+        assert new == (not known)
+        assert self.dispatcher.evaluators[name] == SLOTS[name]
+
+    @rule(name=st.sampled_from(NAMES))
+    def goodbye(self, name: str) -> None:
+        self.dispatcher.left(name)
+        self.held[name].clear()
+        assert name not in self.dispatcher.evaluators
+
+    @rule(name=st.sampled_from(NAMES))
+    def crash(self, name: str) -> None:
+        self.held[name].clear()
+
+    @rule(seconds=st.sampled_from([0.5, 1.0, 2.5, 5.0, 11.0, 25.0]))
+    def time_passes(self, seconds: float) -> None:
+        self.now += seconds
+        alive = set(self.dispatcher.evaluators)
+        lost, exhausted = self.dispatcher.expire(self.now)
+        assert set(lost) <= alive
+        assert not set(lost) & set(self.dispatcher.evaluators)
+        assert exhausted == [] or self.timeout < 1e9
+        for trial in exhausted:
+            self.end(trial)
+
+    @rule(target=sendings, lost=st.lists(st.booleans(), min_size=10, max_size=10))
+    def send(self, lost: list[bool]) -> object:
+        sent = self.dispatcher.next_dispatches(self.now)
+        for i, dispatch in enumerate(sent):
+            assert dispatch not in self.sent
+            assert dispatch.attempt == 1 + max((d.attempt for d in self.sent if d.trial == dispatch.trial), default=0)
+            assert dispatch.evaluator in self.dispatcher.evaluators
+            assert self.ended[dispatch.trial] == 0
+            self.sent.add(dispatch)
+            if not lost[i % len(lost)]:
+                self.held[dispatch.evaluator].add(dispatch)
+        assert [d.trial for d in sent] == sorted(d.trial for d in sent)
+        under_lease = Counter(d.evaluator for ds in leases(self.dispatcher).values() for d in ds)
+        assert all(under_lease[name] <= SLOTS[name] for name in under_lease)
+        self.nothing_waits_in_vain(under_lease)
+        return multiple(*sent)
+
+    def nothing_waits_in_vain(self, under_lease: Counter[str]) -> None:
+        """Check that no trial is left unsent that a free evaluator could take."""
+        alive = self.dispatcher.evaluators
+        free = {name for name in alive if under_lease[name] < alive[name]}
+        for trial, dispatches in leases(self.dispatcher).items():
+            if not dispatches:
+                failed_on = self.dispatcher._open[trial].failed_on
+                assert free <= failed_on
+                assert not free or set(alive) - failed_on
+
+    @rule(sending=sendings, ok=st.booleans())
+    def answer(self, sending: Dispatch, ok: bool) -> None:
+        """Any sending is answered: in time, late, once more, or without ever having arrived."""
+        self.held[sending.evaluator].discard(sending)
+        self.judge(sending, ok)
+
+    @rule(sending=consumes(sendings))
+    def forget(self, sending: Dispatch) -> None:
+        """A sending is never answered."""
+        self.held[sending.evaluator].discard(sending)
+
+    @rule(
+        trial=st.integers(0, 12),
+        attempt=st.integers(0, 5),
+        name=st.sampled_from([*NAMES, "stranger"]),
+        ok=st.booleans(),
+    )
+    def answer_from_nowhere(self, trial: int, attempt: int, name: str, ok: bool) -> None:
+        if Dispatch(trial, attempt, name) not in self.sent:
+            self.judge(Dispatch(trial, attempt, name), ok)
+
+    def judge(self, dispatch: Dispatch, ok: bool) -> None:
+        trial = dispatch.trial
+        is_open = trial < self.opened and not self.ended[trial]
+        under_lease = is_open and dispatch in leases(self.dispatcher)[trial]
+        verdict = self.dispatcher.answered(dispatch, ok=ok)
+        if not is_open:
+            assert verdict is Verdict.LATE
+        elif dispatch not in self.sent:
+            assert verdict is Verdict.UNKNOWN
+        elif ok:
+            assert verdict is Verdict.ACCEPTED
+            self.end(trial)
+        elif not under_lease:
+            assert verdict is Verdict.LATE
+        else:
+            self.retries[trial] += 1
+            if verdict is Verdict.EXHAUSTED:
+                self.end(trial)
+                assert self.timeout < 1e9 or self.retries[trial] == self.max_attempts
+            else:
+                assert verdict is Verdict.RETRY
+                assert self.retries[trial] < self.max_attempts
+
+    def end(self, trial: int) -> None:
+        self.ended[trial] += 1
+        assert self.ended[trial] == 1
+        assert trial not in self.dispatcher.open_trials
+
+    @invariant()
+    @precondition(lambda self: hasattr(self, "dispatcher"))
+    def agrees_on_what_is_open(self) -> None:
+        still = {trial for trial in range(self.opened) if not self.ended[trial]}
+        assert self.dispatcher.open_trials == still
+        assert all(len(dispatches) <= 1 for dispatches in leases(self.dispatcher).values())
+
+    def teardown(self) -> None:
+        """A reliable evaluator joins, messages flow, and all trials end."""
+        if not hasattr(self, "dispatcher"):
+            return
+        healer = self.held["healer"]
+        for _ in range(20 * (self.opened + 1)):
+            self.now += 1.0
+            self.dispatcher.heard("healer", 2, [(d.trial, d.attempt) for d in healer], self.now)
+            for trial in self.dispatcher.expire(self.now)[1]:
+                self.end(trial)
+            for dispatch in list(healer):
+                healer.discard(dispatch)
+                self.judge(dispatch, ok=True)
+            for dispatch in self.dispatcher.next_dispatches(self.now):
+                self.sent.add(dispatch)
+                self.held[dispatch.evaluator].add(dispatch)
+        assert self.dispatcher.open_trials == set()
+        assert all(self.ended[trial] == 1 for trial in range(self.opened))
+
+
+AnyOrder.TestCase.settings = settings(max_examples=120, stateful_step_count=60)
+TestAnyOrder = AnyOrder.TestCase
