@@ -10,7 +10,7 @@ import pinocchio as pin
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation import EvaluationSpec
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.kernel import forward, gravity_torque, jacobian
+from mobo_core.evaluation.kernel import forward, gravity_torque
 
 LENGTHS = {
     "PRRYPY": (0.06, 0.27, 0.16, 0.11, 0.0, 0.0),
@@ -128,12 +128,6 @@ class KernelView:
             self.axes, self.origins, self.rotations, self.tip,
         )  # fmt: skip
 
-    def jacobian(self) -> Array:
-        """Return the tip's Jacobian, shape (6, n)."""
-        rows = np.empty((self._chain.n, 6))
-        jacobian(self.axes, self.origins, self.tip, rows)
-        return rows.T
-
     def torque(self, gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)) -> Array:
         """Return the joint torques that hold the arm, shape (n,)."""
         torque = np.empty(self._chain.n)
@@ -173,12 +167,6 @@ class WholeRobot:
         """Return the pose of the link ``tip``."""
         pin.framesForwardKinematics(self.model, self.data, self.posture(joints, q))
         return self.data.oMf[self.model.getFrameId(tip, pin.BODY)]
-
-    def jacobian(self, joints: tuple[str, ...], q: Array, tip: str) -> Array:
-        """Return the Jacobian of the link ``tip`` over ``joints``, shape (6, n)."""
-        frame = self.model.getFrameId(tip, pin.BODY)
-        whole = pin.computeFrameJacobian(self.model, self.data, self.posture(joints, q), frame, pin.LOCAL_WORLD_ALIGNED)
-        return whole.reshape(6, self.model.nv)[:, self.columns(joints)]
 
     def torque(self, joints: tuple[str, ...], q: Array) -> Array:
         """Return the torques of ``joints`` against gravity (0, 0, -9.81)."""

@@ -274,6 +274,7 @@ def test_known_arms() -> None:
     """The catalogue holds effective orders only, and finds arms by whole orders or, where short, by prefix."""
     assert all(effective_joints(known.joints) == known.joints for known in CATALOGUE)
     assert "xArm 6" in known_arms("YPPYPY")
-    assert known_arms("YPRPPP") == ["Cyton Gamma"]
+    assert known_arms("YPRPPPP") == known_arms("YPRPYPR") == ["Cyton Gamma"]
     assert known_arms("PRRYPY") == []
     assert known_arms("YPYPYP") == []
+    assert known_arms("YPYPYPRP") == []

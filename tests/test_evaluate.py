@@ -45,9 +45,8 @@ def fingerprint() -> str:
     text = hashlib.sha256()
     for urdf, tip, values in (
         (PRRYPY, "", {}),
-        (arm("YPYPYPR"), "", {"solution": "least_torque", "payload_kg": 0.7}),
+        (arm("YPPYPY"), "", {"solution": "least_torque", "payload_kg": 0.7, "seed": 2**63 - 1}),
         (arm("YPPRPP", (0.1,) * 6, link_radius=0.03, joint_limit=3.0), "", {"gravity": (1.0, 2.0, -9.0)}),
-        (HANDED_ARM, "tcp", {"seed": 2**63 - 1}),
         (random_arm(1), "flange", {"self_collision": False}),
     ):
         result = evaluate(urdf, small_spec(**values), tip=tip, postures=True)
@@ -364,8 +363,8 @@ def test_two_processes_compile_once_and_to_the_same_bits(tmp_path: Path, monkeyp
     assert ["waiting for another process that compiles" in line for line in said] == [True, True]
     ends = [process.communicate(timeout=100) for process in both]
     assert [process.returncode for process in both] == [0, 0], ends
-    assert sorted("compiling the evaluation kernel" in stderr for _, stderr in ends) == [False, True]
-    assert (folder / "complete").exists()
+    compiled = [line for _, stderr in ends for line in stderr.splitlines() if "compiling the evaluation kernel" in line]
+    assert 0 < len(compiled) == len(set(compiled))  # each number of joints by one of them
     assert list(folder.rglob("*evaluate_voxels*.nbc"))
     expected = fingerprint()
     assert [stdout.strip() for stdout, _ in ends] == [expected, expected]
@@ -406,7 +405,7 @@ def test_numba_keeps_the_kernel_in_that_folder() -> None:
 def test_without_a_cache_folder(tmp_path: Path) -> None:
     """Where nothing can be kept the kernel is compiled for the process alone, and it says so."""
     (tmp_path / "file").touch()
-    code = "from mobo_core.evaluation.compiled import kernel; kernel(); from arms import *; print('done')"
+    code = "from mobo_core.evaluation.compiled import kernel; kernel(1); print('done')"
     output, errors = start(code, MOBO_CACHE=str(tmp_path / "file")).communicate(timeout=100)
     assert output == "done\n"
     assert errors.startswith("mobo: cannot keep the compiled kernel (Not a directory:")
