@@ -18,7 +18,7 @@ from types import ModuleType
 
 from mobo_core.errors import InputError
 
-SOURCES = ("numerics.py", "geometry.py", "kernel.py", "lanes.py", "sweep.py")
+SOURCES = ("numerics.py", "geometry.py", "kernel.py", "starts.py", "lanes.py", "sweep.py")
 
 # The kernel is written out joint by joint; beyond this, compiling it takes minutes.
 MAX_JOINTS = 12
@@ -126,7 +126,12 @@ def _load(n: int) -> ModuleType:
     path = Path(numba.config.CACHE_DIR) / f"{name}.py"  # type: ignore[attr-defined]
     if not path.exists():
         decorator = '@njit(cache=True, nogil=True, error_model="numpy")\n'
-        functions = (lanes.lane_step_source(n), inspect.getsource(sweep.evaluate_voxels))
+        functions = (
+            lanes.lane_step_source(n),
+            lanes.lane_forward_source(n),
+            inspect.getsource(sweep.table_tips),
+            inspect.getsource(sweep.evaluate_voxels),
+        )
         path.write_text(_HEADER + "\n\n".join(decorator + function for function in functions), encoding="utf-8")
     found = importlib.util.spec_from_file_location(name, path)
     assert found is not None and found.loader is not None

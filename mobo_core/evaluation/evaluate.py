@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from types import ModuleType
 from typing import Any, Literal
 
 import numpy as np
 
+from mobo_core.errors import InputError
 from mobo_core.evaluation.audit import audit
 from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
 from mobo_core.evaluation.compiled import kernel
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.evaluation.starts import GRID, no_table, sort_table, unit_samples
 
 Engine = Literal["kernel", "reference"]
 
 # Poses whose postures are held in memory at a time.
 _CHUNK_POSES = 1 << 16
+# Postures sampled for the starts of ik_mode complete.
+TABLE_SAMPLES = 20_000
+# No orientations given: the kernel draws them.
+_DRAWN = np.zeros((0, 0, 3, 3))
 
 
 @dataclass(frozen=True)
@@ -110,14 +118,16 @@ def evaluate(
         InputError: the URDF or the tip is not fit (see :func:`mobo_core.evaluation.chain.chain_from_urdf`).
     """
     chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
-    compute = _kernel_call(chain, spec, threads) if engine == "kernel" else _reference_call(chain, spec)
+    if engine == "kernel":
+        compute, seconds = _kernel_call(chain, spec, threads, spec.voxel_centres(), _DRAWN)
+    else:
+        compute, seconds = _reference_call(chain, spec), 0.0
     n_voxels, poses = spec.n_voxels, spec.poses_per_voxel
     counts = np.zeros((n_voxels, 4), np.int64)
     mean, deviation = np.zeros(n_voxels), np.zeros(n_voxels)
     kept: list[Postures] = []
     checked, worst, fault = 0, 0.0, ""
     effort = np.zeros(2, np.int64)
-    seconds = 0.0
     for first, last in _chunks(n_voxels, poses):
         began = time.perf_counter()
         out = _Outputs(last - first, poses, chain.n)
@@ -213,12 +223,41 @@ def _question(spec: EvaluationSpec) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def _kernel_call(chain: Chain, spec: EvaluationSpec, threads: int) -> Callable[[int, int, _Outputs], None]:
+@functools.lru_cache(4)
+def _unit_samples(seed: int, n: int) -> Array:
+    """Return the sampled postures that all arms of ``n`` joints share, as shares of their joint ranges."""
+    samples = np.empty((TABLE_SAMPLES, n))
+    unit_samples(seed, samples)
+    return samples
+
+
+def _table(compiled: ModuleType, chain: Chain, constants: Array, seed: int) -> tuple[Array, ...]:
+    """Return the arm's table of starts: (q, order, cell_first, poses) as the kernel takes it."""
+    q = chain.lower + _unit_samples(seed, chain.n) * (chain.upper - chain.lower)
+    m = len(q)
+    tips, poses, order = np.empty((12, m)), np.empty((12, m)), np.empty(m, np.int64)
+    cell_first = np.empty(GRID**3 + 1, np.int64)
+    compiled.table_tips(constants, q, tips)
+    sort_table(tips, chain.placement_p[0], chain.reach_radius, np.empty(m, np.int64), order, cell_first, poses)
+    return q, order, cell_first, poses
+
+
+def _kernel_call(
+    chain: Chain, spec: EvaluationSpec, threads: int, centres: Array, rotations: Array
+) -> tuple[Callable[[int, int, _Outputs], None], float]:
+    """Return the function that evaluates a range of voxels, and the seconds its preparation took."""
     compiled = kernel(chain.n)
+    began = time.perf_counter()
+    constants = np.empty((chain.n + 1, 12))
+    constants[:-1, :9], constants[:-1, 9:] = chain.placement_r.reshape(-1, 9), chain.placement_p
+    constants[-1, :9], constants[-1, 9:] = chain.tip_r.ravel(), chain.tip_p
+    complete = spec.ik_mode == "complete"
     arrays = (
-        chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, chain.lower, chain.upper, chain.mass,
-        chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
-        chain.capsule_radius, chain.pairs, spec.voxel_centres(),
+        chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, constants, chain.lower, chain.upper,
+        chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
+        chain.capsule_radius, chain.pairs,
+        *(_table(compiled, chain, constants, spec.seed) if complete else no_table(chain.n)),
+        centres, rotations,
     )  # fmt: skip
     question = (*_question(spec), np.array(spec.gravity))
 
@@ -235,12 +274,14 @@ def _kernel_call(chain: Chain, spec: EvaluationSpec, threads: int) -> Callable[[
         with ThreadPoolExecutor(threads) as pool:
             list(pool.map(part, parts))
 
-    return compute
+    return compute, time.perf_counter() - began
 
 
 def _reference_call(chain: Chain, spec: EvaluationSpec) -> Callable[[int, int, _Outputs], None]:
     from mobo_core.evaluation.reference import evaluate_voxels_reference
 
+    if spec.ik_mode != "paper":
+        raise InputError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
     centres, question = spec.voxel_centres(), _question(spec)
 
     def compute(first: int, last: int, out: _Outputs) -> None:

@@ -1,4 +1,4 @@
-"""Writes the innermost function of the kernel: one IK step for a row of poses at once, as straight-line code.
+"""Writes the innermost functions of the kernel: one IK step for a row of poses at once, as straight-line code.
 
 A loop over poses ("lanes") whose body has no branch, no inner loop and no array but one is what LLVM turns into
 vector instructions throughout. Loops over joints would prevent that, so the body is written out here for a
@@ -9,7 +9,7 @@ because each lane is computed on its own and nothing is reordered.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from mobo_core.evaluation.kernel import DAMPING_FLOOR, DAMPING_GAIN, HALF_TURN, MAX_STEP
 from mobo_core.evaluation.numerics import COS_TERMS, HALF_PI_PARTS, SIN_TERMS, TWO_OVER_PI
@@ -21,18 +21,34 @@ _ERROR = ("ex", "ey", "ez", "sx", "sy", "sz")
 
 
 def lane_step_source(n: int) -> str:
-    """Return the source of ``lane_step(state, constants, lower, upper, e_position_max, e_rotation_max)``.
+    """Return the source of ``lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)``.
 
     ``state`` is flat, its rows of LANES numbers being: n joint angles (rad); 9 of the target's rotation, row
     by row, and 3 of its position (m); the squared norms of the errors of position and orientation, which the
-    step writes. ``constants`` (n + 1, 12) holds rotation and position of each joint in the one before, and
+    step writes. ``weight`` is what an error of 1 m counts against one of 1 rad. ``constants`` (n + 1, 12) holds rotation and position of each joint in the one before, and
     of the tip in the last. Angles of lanes within both tolerances stay as they are.
     """
-    body = [f"            {line}" for line in _body(n)]
-    constants = [f"    c{i}_{k} = constants[{i}, {k}]" for i in range(n + 1) for k in range(12)]
-    limits = [f"    lower{i}, upper{i} = lower[{i}], upper[{i}]" for i in range(n)]
-    head = "def lane_step(state, constants, lower, upper, e_position_max, e_rotation_max):"
-    return "\n".join([head, *constants, *limits, f"    for lane in range({LANES}):", *(b[4:] for b in body)]) + "\n"
+    limits = [f"lower{i}, upper{i} = lower[{i}], upper[{i}]" for i in range(n)]
+    head = "lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)"
+    return _function(head, n, limits, _body(n))
+
+
+def lane_forward_source(n: int) -> str:
+    """Return the source of ``lane_forward(state, constants)``: where the tip is at a row of postures.
+
+    ``state`` and ``constants`` as for ``lane_step``; the tip's rotation and position go where that has the
+    target's.
+    """
+    lines = [f"q{i} = {_row(i)}" for i in range(n)] + list(_forward(n))
+    lines += [f"{_row(n + 3 * r + c)} = b{r}{c}" for r in range(3) for c in range(3)]
+    lines += [f"{_row(n + 9 + r)} = {axis}" for r, axis in enumerate(_AXES)]
+    return _function("lane_forward(state, constants)", n, [], lines)
+
+
+def _function(head: str, n: int, before: list[str], body: Iterable[str]) -> str:
+    constants = [f"c{i}_{k} = constants[{i}, {k}]" for i in range(n + 1) for k in range(12)]
+    loop = [f"for lane in range({LANES}):", *(f"    {line}" for line in body)]
+    return "\n".join([f"def {head}:", *(f"    {line}" for line in (*constants, *before, *loop))]) + "\n"
 
 
 def _row(row: int) -> str:
@@ -98,6 +114,7 @@ def _errors(n: int) -> Iterator[str]:
     yield "sx, sy, sz = f * sx, f * sy, f * sz"
     yield "e_position = ex * ex + ey * ey + ez * ez"
     yield f"e_rotation = (sx * sx + sy * sy + sz * sz) if g > {HALF_TURN!r} else 3.0 - trace"
+    yield "ex, ey, ez = weight * ex, weight * ey, weight * ez"
     yield f"{_row(n + 12)} = e_position"
     yield f"{_row(n + 13)} = e_rotation"
 
@@ -107,7 +124,7 @@ def _jacobian_row(i: int) -> Iterator[str]:
     yield f"dx, dy, dz = x - ox{i}, y - oy{i}, z - oz{i}"
     for r, axis in enumerate(_AXES):
         u, v = _AXES[(r + 1) % 3], _AXES[(r + 2) % 3]
-        yield f"j{i}{r} = z{u}{i} * d{v} - z{v}{i} * d{u}"
+        yield f"j{i}{r} = weight * (z{u}{i} * d{v} - z{v}{i} * d{u})"
         yield f"j{i}{r + 3} = z{axis}{i}"
     yield "g = " + " + ".join(f"j{i}{a} * {e}" for a, e in enumerate(_ERROR))
     yield f"frozen = (q{i} <= lower{i} and g < 0.0) or (q{i} >= upper{i} and g > 0.0)"
@@ -117,7 +134,7 @@ def _jacobian_row(i: int) -> Iterator[str]:
 
 def _solve(n: int) -> Iterator[str]:
     """Solve (J J^T + damping I) y = error by Cholesky's method."""
-    yield f"damping = {DAMPING_FLOOR!r} + {DAMPING_GAIN!r} * (e_position + e_rotation)"
+    yield f"damping = {DAMPING_FLOOR!r} + {DAMPING_GAIN!r} * (weight * weight * e_position + e_rotation)"
     for a in range(6):
         for b in range(a + 1):
             yield f"m{a}{b} = " + " + ".join(f"j{i}{a} * j{i}{b}" for i in range(n))

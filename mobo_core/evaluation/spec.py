@@ -29,7 +29,7 @@ class EvaluationSpec(Settings):
     workspace_max: Vector = Field((0.5, 0.5, 0.5), description="m, base frame")
     voxel_size: float = Field(0.2, gt=0, description="m")
     poses_per_voxel: int = Field(30, ge=1, le=65535)
-    ik_mode: Literal["paper"] = "paper"
+    ik_mode: Literal["paper", "complete"] = "paper"
     restarts: int = Field(5, ge=0, le=1000, description="attempts after the first")
     iterations: int = Field(50, ge=1, le=10000, description="most steps in one attempt")
     position_tolerance: float = Field(1e-3, gt=0, le=1, description="m")
@@ -86,6 +86,7 @@ class EvaluationSpec(Settings):
 PRESETS: dict[str, dict[str, Any]] = {
     "paper": {},
     "paper_fine": {"voxel_size": 0.1},
+    "mobo": {"ik_mode": "complete", "restarts": 31, "iterations": 10},
 }
 
 
