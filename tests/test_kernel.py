@@ -132,13 +132,15 @@ class Lanes:
             self._constants[i] = [*chain.placement_r[i].ravel(), *chain.placement_p[i]]
         self._constants[n] = [*chain.tip_r.ravel(), *chain.tip_p]
 
-    def step(self, position_tolerance: float = 0.0, rotation_tolerance: float = 0.0) -> tuple[Array, Array, Array]:
+    def step(
+        self, position_tolerance: float = 0.0, rotation_tolerance: float = 0.0, weight: float = 1.0
+    ) -> tuple[Array, Array, Array]:
         """Return the postures after one step, and the squared norms of the errors before it."""
         rows = [self.q, self.target_r.reshape(LANES, 9), self.target_p, np.full((LANES, 2), np.nan)]
         state = np.ascontiguousarray(np.hstack(rows).T).ravel()
         chain = self._chain
         kernel(chain.n).lane_step(
-            state, self._constants, chain.lower, chain.upper, position_tolerance**2, rotation_tolerance**2
+            state, self._constants, chain.lower, chain.upper, weight, position_tolerance**2, rotation_tolerance**2
         )
         after = state.reshape(self.n + 14, LANES)
         return after[: self.n].T.copy(), after[-2].copy(), after[-1].copy()

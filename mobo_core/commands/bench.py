@@ -23,8 +23,8 @@ def add(verbs: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     evaluate.add_argument("--design", action="append", metavar="NAME:l1,l2,…", help="an arm; may be repeated")
-    evaluate.add_argument("--spec", default="paper", help="preset or YAML file [paper]")
-    evaluate.add_argument("--ik", choices=["paper"], help="inverse kinematics, over the spec's")
+    evaluate.add_argument("--spec", default="mobo", help="preset or YAML file [mobo]")
+    evaluate.add_argument("--ik", choices=["paper", "complete"], help="inverse kinematics, over the spec's")
     evaluate.add_argument("--attempts", type=int, default=200, help="of the exhaustive search; 0: leave it out [200]")
     evaluate.add_argument("--reference-poses", type=int, default=2, metavar="N",
                           help="poses a voxel for the comparison with the reference engine [2]")  # fmt: skip
@@ -36,12 +36,12 @@ def run_evaluate(args: argparse.Namespace) -> int:
     """Measure and print."""
     from mobo_core.analysis.bench import DESIGNS, bench_evaluate
     from mobo_core.design import Design
-    from mobo_core.evaluation import EvaluationSpec, load_spec
+    from mobo_core.evaluation import load_spec, with_ik
     from mobo_core.progress import bar
 
     spec = load_spec(args.spec)
     if args.ik:
-        spec = EvaluationSpec.of({**spec.to_dict(), "ik_mode": args.ik})
+        spec = with_ik(spec, args.ik)
     if args.attempts < 0 or not 1 <= args.reference_poses <= spec.poses_per_voxel:
         raise InputError("--attempts or --reference-poses", where="arguments", expected="0 or more; 1 to the spec's")
     designs = [_design(text) for text in args.design] if args.design else [Design(*d) for d in DESIGNS]

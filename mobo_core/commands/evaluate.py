@@ -25,8 +25,8 @@ def add(verbs: Any) -> None:
     parser.add_argument("urdf_file", nargs="?", metavar="URDF_FILE", help="a robot's description")
     parser.add_argument("--tip", default="", help="link that has to reach; by default the only leaf link")
     add_arm_arguments(parser)
-    parser.add_argument("--spec", default="paper", help="preset (paper, paper_fine) or YAML file [paper]")
-    parser.add_argument("--ik", choices=["paper"], help="inverse kinematics, over the spec's")
+    parser.add_argument("--spec", default="paper", help="preset (paper, paper_fine, mobo) or YAML file [paper]")
+    parser.add_argument("--ik", choices=["paper", "complete"], help="inverse kinematics, over the spec's")
     parser.add_argument("--engine", choices=["kernel", "reference"], default="kernel", help="[kernel]")
     parser.add_argument("--threads", type=int, default=1, help="threads of the kernel [1]")
     parser.add_argument("--json", action="store_true", help="print everything as JSON")
@@ -35,7 +35,7 @@ def add(verbs: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Evaluate and print."""
-    from mobo_core.evaluation import EvaluationSpec, load_spec
+    from mobo_core.evaluation import load_spec, with_ik
     from mobo_core.evaluation.evaluate import evaluate
     from mobo_core.progress import bar
 
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(str(args.threads), where="--threads", expected="1 or more")
     spec = load_spec(args.spec)
     if args.ik:
-        spec = EvaluationSpec.of({**spec.to_dict(), "ik_mode": args.ik})
+        spec = with_ik(spec, args.ik)
     if args.urdf_file and args.joints:
         raise InputError("both URDF_FILE and --joints", where="arguments", expected="one of them")
     urdf = _read(args.urdf_file) if args.urdf_file else arm_urdf(args)

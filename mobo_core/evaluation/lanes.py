@@ -25,8 +25,9 @@ def lane_step_source(n: int) -> str:
 
     ``state`` is flat, its rows of LANES numbers being: n joint angles (rad); 9 of the target's rotation, row
     by row, and 3 of its position (m); the squared norms of the errors of position and orientation, which the
-    step writes. ``weight`` is what an error of 1 m counts against one of 1 rad. ``constants`` (n + 1, 12) holds rotation and position of each joint in the one before, and
-    of the tip in the last. Angles of lanes within both tolerances stay as they are.
+    step writes. ``constants`` (n + 1, 12) holds rotation and position of each joint in the one before, and
+    of the tip in the last. ``weight`` is what an error of 1 m counts against one of 1 rad. Angles of lanes
+    within both tolerances stay as they are.
     """
     limits = [f"lower{i}, upper{i} = lower[{i}], upper[{i}]" for i in range(n)]
     head = "lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)"

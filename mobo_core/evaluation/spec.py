@@ -90,6 +90,20 @@ PRESETS: dict[str, dict[str, Any]] = {
 }
 
 
+def with_ik(spec: EvaluationSpec, ik_mode: str) -> EvaluationSpec:
+    """Return ``spec`` with another ik_mode, and the restarts and iterations of that mode's preset.
+
+    Raises:
+        InputError: no such mode.
+    """
+    effort: dict[str, Any] = {"ik_mode": ik_mode}
+    for preset in (EvaluationSpec.of(values) for values in PRESETS.values()):
+        if preset.ik_mode == ik_mode:
+            effort |= {"restarts": preset.restarts, "iterations": preset.iterations}
+            break
+    return EvaluationSpec.of({**spec.to_dict(), **effort})
+
+
 def load_spec(name_or_path: str) -> EvaluationSpec:
     """Return a preset by its name, or read a YAML file.
 

@@ -97,8 +97,9 @@ def evaluate_voxels(
                     continue
                 if pose == 0 and samples > 0:
                     n_near = gather_near(
-                        centre, attempts, placement_p[0], radius_of_reach, table_cell_first, table_poses, near, near_index
-                    )
+                        centre, attempts, placement_p[0], radius_of_reach, table_cell_first, table_poses, near,
+                        near_index,
+                    )  # fmt: skip
                 if rotations.shape[0] > 0:
                     target_r[:] = rotations[first + row, pose]
                 else:
