@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from types import ModuleType
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from mobo_core.errors import InputError
 from mobo_core.evaluation.audit import audit
-from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
-from mobo_core.evaluation.compiled import kernel
+from mobo_core.evaluation.chain import Array, chain_from_urdf
+from mobo_core.evaluation.engines import DRAWN, Outputs, kernel_call, reference_call
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.evaluation.starts import GRID, no_table, sort_table, unit_samples
 
 Engine = Literal["kernel", "reference"]
 
 # Poses whose postures are held in memory at a time.
 _CHUNK_POSES = 1 << 16
-# Postures sampled for the starts of ik_mode complete.
-TABLE_SAMPLES = 20_000
-# No orientations given: the kernel draws them.
-_DRAWN = np.zeros((0, 0, 3, 3))
 
 
 @dataclass(frozen=True)
@@ -119,9 +110,9 @@ def evaluate(
     """
     chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
     if engine == "kernel":
-        compute, seconds = _kernel_call(chain, spec, threads, spec.voxel_centres(), _DRAWN)
+        compute, seconds = kernel_call(chain, spec, threads, spec.voxel_centres(), DRAWN)
     else:
-        compute, seconds = _reference_call(chain, spec), 0.0
+        compute, seconds = reference_call(chain, spec), 0.0
     n_voxels, poses = spec.n_voxels, spec.poses_per_voxel
     counts = np.zeros((n_voxels, 4), np.int64)
     mean, deviation = np.zeros(n_voxels), np.zeros(n_voxels)
@@ -130,7 +121,7 @@ def evaluate(
     effort = np.zeros(2, np.int64)
     for first, last in _chunks(n_voxels, poses):
         began = time.perf_counter()
-        out = _Outputs(last - first, poses, chain.n)
+        out = Outputs(last - first, poses, chain.n)
         compute(first, last, out)
         seconds += time.perf_counter() - began
         effort += out.effort.sum(axis=0)
@@ -139,7 +130,7 @@ def evaluate(
             counts[voxel] = [np.count_nonzero(outcome == reason) for reason in range(4)]
             mean[voxel], deviation[voxel] = _mean_and_deviation(out.torque[voxel - first][outcome == 0])
         if postures or audit_poses:
-            found = out.postures(first)
+            found = _accepted(out, first)
             if postures:
                 kept.append(found)
             if audit_poses:
@@ -171,21 +162,9 @@ def evaluate(
     )
 
 
-class _Outputs:
-    """What the kernel writes for a range of voxels."""
-
-    def __init__(self, voxels: int, poses: int, n: int) -> None:
-        self.outcome = np.zeros((voxels, poses), np.uint8)
-        self.torque = np.zeros((voxels, poses))
-        self.q = np.zeros((voxels, poses, n))
-        self.effort = np.zeros((voxels, 2), np.int64)
-
-    def part(self, first: int, last: int) -> tuple[Array, Array, Array, Array]:
-        return self.outcome[first:last], self.torque[first:last], self.q[first:last], self.effort[first:last]
-
-    def postures(self, first_voxel: int) -> Postures:
-        voxel, pose = np.nonzero(self.outcome == 0)
-        return Postures(voxel + first_voxel, pose, self.q[voxel, pose], self.torque[voxel, pose])
+def _accepted(out: Outputs, first_voxel: int) -> Postures:
+    voxel, pose = np.nonzero(out.outcome == 0)
+    return Postures(voxel + first_voxel, pose, out.q[voxel, pose], out.torque[voxel, pose])
 
 
 def _joined(parts: list[Postures], n: int) -> Postures:
@@ -208,84 +187,37 @@ def _mean_and_deviation(values: Array) -> tuple[float, float]:
     return mean, math.sqrt(math.fsum((float(v) - mean) * (float(v) - mean) for v in values) / len(values))
 
 
-def half_angle_sine(angle: float) -> float:
-    """Return twice the sine of half of ``angle`` (rad), the measure in which orientation errors are compared."""
-    from mobo_core.evaluation.numerics import sin_cos
+def solve_poses(
+    urdf: str | bytes,
+    spec: EvaluationSpec,
+    positions: Array,
+    rotations: Array,
+    *,
+    tip: str = "",
+    threads: int = 1,
+) -> tuple[Array, Array, Array]:
+    """Solve given poses by the kernel, with the means and limits of ``spec`` but not its workspace.
 
-    return 2.0 * float(sin_cos(0.5 * angle)[0])
+    Args:
+        urdf: the robot's description.
+        spec: how to solve, and what counts as reached.
+        positions: (m, 3) m, base frame.
+        rotations: (m, 3, 3), tip to base.
+        tip: link that has to reach; by default the only leaf.
+        threads: threads of the kernel.
 
+    Returns:
+        Outcome (m,), 0 where reached (see :mod:`mobo_core.evaluation.kernel`); postures (m, n) in rad; and
+        norms of the gravity torque (m,) in N m; the last two of poses reached only.
 
-def _question(spec: EvaluationSpec) -> tuple[Any, ...]:
-    return (
-        spec.seed, spec.poses_per_voxel, spec.restarts + 1, spec.iterations,
-        spec.position_tolerance, half_angle_sine(spec.rotation_tolerance),
-        spec.self_collision, spec.solution == "least_torque",
-    )  # fmt: skip
-
-
-@functools.lru_cache(4)
-def _unit_samples(seed: int, n: int) -> Array:
-    """Return the sampled postures that all arms of ``n`` joints share, as shares of their joint ranges."""
-    samples = np.empty((TABLE_SAMPLES, n))
-    unit_samples(seed, samples)
-    return samples
-
-
-def _table(compiled: ModuleType, chain: Chain, constants: Array, seed: int) -> tuple[Array, ...]:
-    """Return the arm's table of starts: (q, order, cell_first, poses) as the kernel takes it."""
-    q = chain.lower + _unit_samples(seed, chain.n) * (chain.upper - chain.lower)
-    m = len(q)
-    tips, poses, order = np.empty((12, m)), np.empty((12, m)), np.empty(m, np.int64)
-    cell_first = np.empty(GRID**3 + 1, np.int64)
-    compiled.table_tips(constants, q, tips)
-    sort_table(tips, chain.placement_p[0], chain.reach_radius, np.empty(m, np.int64), order, cell_first, poses)
-    return q, order, cell_first, poses
-
-
-def _kernel_call(
-    chain: Chain, spec: EvaluationSpec, threads: int, centres: Array, rotations: Array
-) -> tuple[Callable[[int, int, _Outputs], None], float]:
-    """Return the function that evaluates a range of voxels, and the seconds its preparation took."""
-    compiled = kernel(chain.n)
-    began = time.perf_counter()
-    constants = np.empty((chain.n + 1, 12))
-    constants[:-1, :9], constants[:-1, 9:] = chain.placement_r.reshape(-1, 9), chain.placement_p
-    constants[-1, :9], constants[-1, 9:] = chain.tip_r.ravel(), chain.tip_p
-    complete = spec.ik_mode == "complete"
-    arrays = (
-        chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, constants, chain.lower, chain.upper,
-        chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
-        chain.capsule_radius, chain.pairs,
-        *(_table(compiled, chain, constants, spec.seed) if complete else no_table(chain.n)),
-        centres, rotations,
-    )  # fmt: skip
-    question = (*_question(spec), np.array(spec.gravity))
-
-    def compute(first: int, last: int, out: _Outputs) -> None:
-        def part(bounds: tuple[int, int]) -> None:
-            low, high = bounds
-            compiled.evaluate_voxels(*arrays, low, high, *question, *out.part(low - first, high - first))
-
-        if threads == 1:
-            return part((first, last))
-        # Voxels differ much in cost: many small parts keep all threads busy to the end.
-        size = max(1, (last - first) // (8 * threads))
-        parts = [(low, min(low + size, last)) for low in range(first, last, size)]
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(part, parts))
-
-    return compute, time.perf_counter() - began
-
-
-def _reference_call(chain: Chain, spec: EvaluationSpec) -> Callable[[int, int, _Outputs], None]:
-    from mobo_core.evaluation.reference import evaluate_voxels_reference
-
-    if spec.ik_mode != "paper":
-        raise InputError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
-    centres, question = spec.voxel_centres(), _question(spec)
-
-    def compute(first: int, last: int, out: _Outputs) -> None:
-        arguments = (*question, *out.part(0, last - first))
-        evaluate_voxels_reference(chain, centres, first, last, *arguments)
-
-    return compute
+    Raises:
+        InputError: the URDF or the tip is not fit.
+    """
+    chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
+    one = spec.model_copy(update={"poses_per_voxel": 1})
+    m = len(positions)
+    given = np.ascontiguousarray(rotations, dtype=float).reshape(m, 1, 3, 3)
+    compute, _ = kernel_call(chain, one, threads, np.ascontiguousarray(positions, dtype=float), given)
+    out = Outputs(m, 1, chain.n)
+    compute(0, m, out)
+    return out.outcome[:, 0], out.q[:, 0], out.torque[:, 0]

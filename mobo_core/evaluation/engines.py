@@ -1,0 +1,127 @@
+"""The two engines as one kind of function: evaluate a range of voxels, write outcomes and postures."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from mobo_core.errors import InputError
+from mobo_core.evaluation.chain import Array, Chain
+from mobo_core.evaluation.compiled import kernel
+from mobo_core.evaluation.numerics import sin_cos
+from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.evaluation.starts import GRID, no_table, sort_table, unit_samples
+
+# Postures sampled for the starts of ik_mode complete.
+TABLE_SAMPLES = 20_000
+# Orientations of no targets: the kernel draws them.
+DRAWN = np.zeros((0, 0, 3, 3))
+
+
+class Outputs:
+    """What the kernel writes for a range of voxels."""
+
+    def __init__(self, voxels: int, poses: int, n: int) -> None:
+        self.outcome = np.zeros((voxels, poses), np.uint8)
+        self.torque = np.zeros((voxels, poses))
+        self.q = np.zeros((voxels, poses, n))
+        self.effort = np.zeros((voxels, 2), np.int64)
+
+    def part(self, first: int, last: int) -> tuple[Array, Array, Array, Array]:
+        """Return the outputs of the rows ``first`` to ``last`` - 1, as the engines take them."""
+        return self.outcome[first:last], self.torque[first:last], self.q[first:last], self.effort[first:last]
+
+
+Compute = Callable[[int, int, Outputs], None]
+
+
+def half_angle_sine(angle: float) -> float:
+    """Return twice the sine of half of ``angle`` (rad), the measure in which orientation errors are compared."""
+    return 2.0 * float(sin_cos(0.5 * angle)[0])
+
+
+def _question(spec: EvaluationSpec) -> tuple[Any, ...]:
+    return (
+        spec.seed, spec.poses_per_voxel, spec.restarts + 1, spec.iterations,
+        spec.position_tolerance, half_angle_sine(spec.rotation_tolerance),
+        spec.self_collision, spec.solution == "least_torque",
+    )  # fmt: skip
+
+
+@functools.lru_cache(4)
+def _unit_samples(seed: int, n: int) -> Array:
+    """Return the sampled postures that all arms of ``n`` joints share, as shares of their joint ranges."""
+    samples = np.empty((TABLE_SAMPLES, n))
+    unit_samples(seed, samples)
+    return samples
+
+
+def _table(compiled: ModuleType, chain: Chain, constants: Array, seed: int) -> tuple[Array, ...]:
+    """Return the arm's table of starts: (q, order, cell_first, poses) as the kernel takes it."""
+    q = chain.lower + _unit_samples(seed, chain.n) * (chain.upper - chain.lower)
+    m = len(q)
+    tips, poses, order = np.empty((12, m)), np.empty((12, m)), np.empty(m, np.int64)
+    cell_first = np.empty(GRID**3 + 1, np.int64)
+    compiled.table_tips(constants, q, tips)
+    sort_table(tips, chain.placement_p[0], chain.reach_radius, np.empty(m, np.int64), order, cell_first, poses)
+    return q, order, cell_first, poses
+
+
+def kernel_call(
+    chain: Chain, spec: EvaluationSpec, threads: int, centres: Array, rotations: Array
+) -> tuple[Compute, float]:
+    """Return the function that evaluates a range of voxels, and the seconds its preparation took."""
+    compiled = kernel(chain.n)
+    began = time.perf_counter()
+    constants = np.empty((chain.n + 1, 12))
+    constants[:-1, :9], constants[:-1, 9:] = chain.placement_r.reshape(-1, 9), chain.placement_p
+    constants[-1, :9], constants[-1, 9:] = chain.tip_r.ravel(), chain.tip_p
+    complete = spec.ik_mode == "complete"
+    arrays = (
+        chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, constants, chain.lower, chain.upper,
+        chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
+        chain.capsule_radius, chain.pairs,
+        *(_table(compiled, chain, constants, spec.seed) if complete else no_table(chain.n)),
+        centres, rotations,
+    )  # fmt: skip
+    question = (*_question(spec), np.array(spec.gravity))
+
+    def compute(first: int, last: int, out: Outputs) -> None:
+        def part(bounds: tuple[int, int]) -> None:
+            low, high = bounds
+            compiled.evaluate_voxels(*arrays, low, high, *question, *out.part(low - first, high - first))
+
+        if threads == 1:
+            return part((first, last))
+        # Voxels differ much in cost: many small parts keep all threads busy to the end.
+        size = max(1, (last - first) // (8 * threads))
+        parts = [(low, min(low + size, last)) for low in range(first, last, size)]
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(part, parts))
+
+    return compute, time.perf_counter() - began
+
+
+def reference_call(chain: Chain, spec: EvaluationSpec) -> Compute:
+    """Return the function that evaluates a range of voxels by the reference engine.
+
+    Raises:
+        InputError: an ik_mode that it does not have.
+    """
+    from mobo_core.evaluation.reference import evaluate_voxels_reference
+
+    if spec.ik_mode != "paper":
+        raise InputError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
+    centres, question = spec.voxel_centres(), _question(spec)
+
+    def compute(first: int, last: int, out: Outputs) -> None:
+        arguments = (*question, *out.part(0, last - first))
+        evaluate_voxels_reference(chain, centres, first, last, *arguments)
+
+    return compute
