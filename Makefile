@@ -2,7 +2,7 @@
 
 PYTHON ?= python3
 TRIALS ?= 300
-PYTEST_ARGS ?=
+PYTEST_ARGS ?= -n 2 --dist loadfile
 # empty: setup does not compile the kernel
 WARM ?= 1
 

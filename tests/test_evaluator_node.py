@@ -126,10 +126,11 @@ def test_bad_candidates_are_rejected_with_the_reason_and_the_evaluator_lives(nod
 
 def test_noise_from_strangers_changes_nothing(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
     quiet = tmp_path / "quiet"
-    assert finish(nodes.study(quiet, n_trials=15, n_startup_trials=5, evaluators=1)) == 0
+    slow = {"engine": "simulated", "simulated_s": 0.2}  # so that the noise comes in time
+    assert finish(nodes.study(quiet, n_trials=15, n_startup_trials=5, evaluators=1, **slow)) == 0
     bag = tmp_path / "bag"
     optimizer = nodes.optimizer(bag, n_trials=15, n_startup_trials=5)
-    nodes.start("evaluator", remap="__node:=e1", workers=1)
+    nodes.start("evaluator", remap="__node:=e1", workers=1, **slow)
     sent: set[int] = set()
 
     def pester() -> bool:

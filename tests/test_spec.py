@@ -31,7 +31,7 @@ def refusal(values: Any) -> str:
 def test_presets() -> None:
     """The paper's grid has 5 x 5 x 3 = 75 voxels, its fine one 10 x 10 x 6 = 600, and all else is the same."""
     paper, fine = load_spec("paper"), load_spec("paper_fine")
-    assert set(PRESETS) == {"paper", "paper_fine"}
+    assert set(PRESETS) == {"paper", "paper_fine", "mobo"}
     assert (paper.shape, paper.n_voxels) == ((5, 5, 3), 75)
     assert (fine.shape, fine.n_voxels) == ((10, 10, 6), 600)
     assert paper == EvaluationSpec()
@@ -171,7 +171,7 @@ def test_unknown_preset() -> None:
     """A name that is neither preset nor file is refused, and the presets are named."""
     with pytest.raises(InputError) as error:
         load_spec("papre")
-    assert str(error.value) == "spec: no preset or file 'papre'; expected paper, paper_fine or a YAML file"
+    assert str(error.value) == "spec: no preset or file 'papre'; expected paper, paper_fine, mobo or a YAML file"
 
 
 def test_spec_file(tmp_path: Path) -> None:
