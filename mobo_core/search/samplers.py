@@ -32,11 +32,20 @@ def paper_gamma(n: int) -> int:
     return min(math.ceil(0.1 * n), 25)
 
 
+def tenth(n: int) -> int:
+    """Return how many of ``n`` trials count as good for ``tpe``: a tenth.
+
+    With at most 25, as in Optuna 4, a study of some thousand trials can settle on one structure: in one of two
+    seeds of 2,000 trials the paper's best structure, PRRY, was then sampled 15 times, and 78 times with this.
+    """
+    return math.ceil(0.1 * n)
+
+
 def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[int], BaseSampler]:
     """Return the function that makes the sampler for a trial's number.
 
-    * ``tpe``: multivariate TPE; trials in flight count as bad ones (constant liar), which keeps many in
-      flight apart.
+    * ``tpe``: multivariate TPE, a tenth of the trials good; trials in flight count as bad ones (constant
+      liar), which keeps many in flight apart.
     * ``paper``: multivariate TPE as in Optuna 4.9, without the constant liar; with one trial in flight and
       ``sequential`` lengths it is the paper's search.
     * ``random``: uniform.
@@ -57,7 +66,7 @@ def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[in
             warnings.simplefilter("ignore", FutureWarning)  # gamma goes away in Optuna 6
             if name == "tpe":
                 return TPESampler(
-                    n_startup_trials=n_startup_trials, multivariate=True, constant_liar=True, seed=own
+                    n_startup_trials=n_startup_trials, multivariate=True, constant_liar=True, gamma=tenth, seed=own
                 )
             return TPESampler(
                 n_startup_trials=n_startup_trials, multivariate=True, gamma=paper_gamma, n_ei_candidates=24, seed=own
