@@ -49,7 +49,7 @@ OPTIMIZER = (
     Parameter("sampler", "tpe", "tpe, paper (sequential, one in flight unless set otherwise) or random"),
     Parameter("seed", 0, "of the sampler only; that of targets and IK starts is the spec's", 0, 2**63 - 1),
     Parameter("in_flight", 8, "trials asked before the first of them is told; part of the study's function", 1, 10000),
-    Parameter("spec", "paper", "what is asked of an arm: a preset (paper, paper_fine) or a YAML file"),
+    Parameter("spec", "paper", "what is asked of an arm: a preset (paper, paper_fine, mobo) or a YAML file"),
     Parameter("bag", "", "folder of the bag; empty: bags/<study_name>"),
     Parameter("resume", False, "continue the bag if it exists; without it an existing bag is refused"),
     Parameter("lease_s", 10.0, "s, after which a candidate no heartbeat names goes to another evaluator", 0.5, _LONG_S),

@@ -1,0 +1,61 @@
+"""What the README says is so: parameters, commands, and the ten lines that read a bag."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from pathlib import Path
+
+import pytest
+from studies import run_study
+
+from mobo_core.cli import VERBS
+from mobo_core.messages import TOPICS
+
+README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+
+
+def test_lists_every_parameter_of_every_node_with_its_default() -> None:
+    """In rows of node, name, default and description, the node named once."""
+    parameters = pytest.importorskip("mobo.parameters")
+    rows = re.findall(r"^\| (\w*) \| `(\w+)` \| ([^|]*) \| ([^|]*) \|$", README, re.MULTILINE)
+    listed: dict[tuple[str, str], tuple[str, str]] = {}
+    node = ""
+    for named, name, default, description in rows:
+        node = named or node
+        listed[node, name] = (default.strip(), description.strip())
+    for node, declared in (
+        ("optimizer", parameters.OPTIMIZER),
+        ("evaluator", parameters.EVALUATOR),
+        ("study", [p for p in parameters.STUDY if p.name == "evaluators"]),
+        ("replay", parameters.REPLAY),
+    ):
+        for parameter in declared:
+            default, description = listed.pop((node, parameter.name))
+            assert description == parameter.description
+            if parameter.name != "workers":  # the cores of the machine
+                shown = f"{parameter.default:g}" if isinstance(parameter.default, float) else str(parameter.default)
+                assert default == (shown.lower() if isinstance(parameter.default, bool) else shown)
+    assert not listed
+
+
+def test_names_every_command_and_topic() -> None:
+    """Each verb of mobo, each topic and its message."""
+    for verb in VERBS:
+        assert f"`mobo {verb}" in README
+    for topic, kind in TOPICS.items():
+        if topic != "commands":  # not offered yet
+            assert f"| `{topic}` | `{kind}` |" in README
+
+
+def test_ten_lines_read_a_bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The Python of the README, run as it stands."""
+    (code,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    assert len(code.strip().splitlines()) <= 10
+    run_study(tmp_path / "bags" / "demo_001", 5)
+    monkeypatch.chdir(tmp_path)
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(code, "README.md", "exec"), {})
+    assert [int(line.split()[0]) for line in printed.getvalue().splitlines()] == list(range(5))
