@@ -403,10 +403,16 @@ def test_numba_keeps_the_kernel_in_that_folder() -> None:
 
 
 def test_without_a_cache_folder(tmp_path: Path) -> None:
-    """Where nothing can be kept the kernel is compiled for the process alone, and it says so."""
+    """Where nothing can be kept, functions are compiled for the process alone, and it says so."""
     (tmp_path / "file").touch()
-    code = "from mobo_core.evaluation.compiled import kernel; kernel(1); print('done')"
-    output, errors = start(code, MOBO_CACHE=str(tmp_path / "file")).communicate(timeout=100)
-    assert output == "done\n"
+    code = (
+        "import numba\n"
+        "from mobo_core.evaluation import compiled, numerics\n"
+        "compiled._load = lambda n: 'loaded'\n"  # which takes long
+        "print(compiled.kernel(), numerics.sin_cos(0.0), numba.config.CACHE_DIR)\n"
+    )
+    output, errors = start(code, MOBO_CACHE=str(tmp_path / "file"), TMPDIR=str(tmp_path)).communicate(timeout=100)
+    assert output.startswith(f"loaded (0.0, 1.0) {tmp_path}/mobo-kernel-")
     assert errors.startswith("mobo: cannot keep the compiled kernel (Not a directory:")
     assert errors.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file"]  # the process tidied up

@@ -25,7 +25,7 @@ from mobo_core.search.optimizer import evaluation_fault
 
 OK, REJECTED, FAILED = (getattr(message_type("Evaluation"), name) for name in ("OK", "REJECTED", "FAILED"))
 SMALL = small_spec(poses_per_voxel=3)
-ENDLESS = EvaluationSpec(voxel_size=0.02, poses_per_voxel=50)  # hours
+ENDLESS = EvaluationSpec(voxel_size=0.02, restarts=1000, iterations=10000, position_tolerance=1e-300)  # for days
 
 
 def candidate(trial: int = 0, urdf: str = arm("PRRYPY"), spec: EvaluationSpec = SMALL, **fields: Any) -> Any:

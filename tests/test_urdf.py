@@ -369,6 +369,19 @@ def test_any_link_may_be_the_tip() -> None:
     assert chain.mass.sum() == pytest.approx(pin.computeTotalMass(whole.model))  # the base is not in either
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_reach_radius(seed: int) -> None:
+    """No posture takes the tip farther from the first joint than the reach radius, which a pedestal leaves alone."""
+    chain = chain_from_urdf(random_arm(seed), "flange")
+    rng = np.random.default_rng(seed)
+    tips = [KernelView(chain, rng.uniform(chain.lower, chain.upper)).tip[3] for _ in range(2000)]
+    farthest = np.linalg.norm(np.array(tips) - chain.placement_p[0], axis=1).max()
+    assert 0.5 * chain.reach_radius < farthest <= chain.reach_radius
+    raised = chain_from_urdf(changed('xyz="0 0 0.0"', 'xyz="1 2 3"'))
+    assert raised.placement_p[0].tolist() == [1, 2, 3]
+    assert raised.reach_radius == chain_from_urdf(GOOD).reach_radius == pytest.approx(0.6, abs=1e-15)
+
+
 def test_continuous_joints_turn_once() -> None:
     """A continuous joint turns from -pi to pi, whatever limits it is given."""
     for limit in ("", '<limit lower="5" upper="6"/>'):

@@ -35,10 +35,13 @@ def segment_distance_squared(a0, a1, b0, b1):
         s = min(max(-uw / uu, 0.0), 1.0)
     else:
         det = uu * vv - uv * uv
-        s = 0.0
-        # Parallel lines are equally close all along: any start will do.
+        s = uv * vw - uw * vv
+        # Lines next to parallel are closest far away, in the direction of this sign; parallel ones all along.
         if det > 1e-14 * uu * vv:
-            s = min(max((uv * vw - uw * vv) / det, 0.0), 1.0)
+            s /= det
+        elif s > 0.0:
+            s = 1.0
+        s = min(max(s, 0.0), 1.0)
         t = (uv * s + vw) / vv
         if t < 0.0:
             t = 0.0
