@@ -125,6 +125,19 @@ def test_existing_bag_is_refused_and_not_touched(nodes: Nodes, tmp_path: Path) -
         assert _digest(bag) == before
 
 
+def test_bag_that_cannot_be_is_refused(nodes: Nodes, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("text")
+    for bag, says in (
+        (tmp_path / "file", "Not a directory"),
+        (Path("/proc/none/bag"), "No such file"),
+        (tmp_path, "not a bag"),
+    ):
+        optimizer = nodes.optimizer(bag, n_trials=4, resume=True)
+        assert finish(optimizer) == 2
+        lines = [line for line in output(optimizer).splitlines() if line]
+        assert len(lines) == 1 and says in lines[0] and str(bag) in lines[0], lines
+
+
 def test_a_second_optimizer_on_a_bag_says_who_holds_it(nodes: Nodes, tmp_path: Path) -> None:
     bag = tmp_path / "bag"
     first = nodes.optimizer(bag, n_trials=4)

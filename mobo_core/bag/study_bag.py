@@ -12,7 +12,7 @@ from mobo_core.bag.reader import FileContent, first_record, read_bag
 from mobo_core.bag.record import StudyRecord, settings_of, study_from, study_record
 from mobo_core.bag.recover import recover_file
 from mobo_core.bag.writer import McapFile, custom_data, next_file
-from mobo_core.errors import InputError, StudyError
+from mobo_core.errors import InputError
 from mobo_core.messages import encode
 from mobo_core.search.study import StudySettings
 
@@ -30,8 +30,7 @@ class StudyBag:
 
     Raises:
         InputError: the bag exists and ``resume`` is false; it is of another study or other settings; it is no
-            bag; or another optimizer writes to it. Nothing is changed then.
-        StudyError: it cannot be written.
+            bag, or no folder that can be written; or another optimizer writes to it. Nothing is changed then.
     """
 
     def __init__(
@@ -49,7 +48,11 @@ class StudyBag:
         self._contents: list[FileContent] = []
         self._file: McapFile | None = None
         self._record = study_record(name, settings)
-        existing = folder.exists() and any(entry.name != LOCK_FILE for entry in folder.iterdir())
+        try:
+            existing = folder.exists() and any(entry.name != LOCK_FILE for entry in folder.iterdir())
+        except OSError as error:
+            expected = "a folder that can be read and written"
+            raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
         if existing and not resume:
             raise InputError("exists already", where=str(folder), expected="resume:=true, or the name of a new bag")
         if existing:
@@ -58,7 +61,8 @@ class StudyBag:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = BagLock(folder, node)
         except OSError as error:
-            raise StudyError(f"{folder}: cannot make the bag ({error.strerror})") from None
+            expected = "a folder that can be made and written to"
+            raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
         try:
             if existing:
                 self._continue()
