@@ -18,7 +18,7 @@ from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec
 from mobo_core.search import samplers
-from mobo_core.search.samplers import paper_gamma, sampler_factory, trial_seed
+from mobo_core.search.samplers import paper_gamma, sampler_factory, tenth, trial_seed
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 
 TRIALS = 30
@@ -314,9 +314,11 @@ def test_trial_seeds() -> None:
     assert all(0 <= seed < 2**32 for seed in seeds)
 
 
-def test_paper_gamma() -> None:
-    """A tenth of the trials, rounded up and at most 25, count as good."""
-    assert [paper_gamma(n) for n in (0, 1, 10, 11, 100, 249, 250, 251, 10_000)] == [0, 1, 1, 2, 10, 25, 25, 25, 25]
+def test_how_many_trials_are_good() -> None:
+    """A tenth of the trials, rounded up, count as good: for the paper's sampler at most 25 of them."""
+    counts = (0, 1, 10, 11, 100, 249, 250, 251, 10_000)
+    assert [paper_gamma(n) for n in counts] == [0, 1, 1, 2, 10, 25, 25, 25, 25]
+    assert [tenth(n) for n in counts] == [0, 1, 1, 2, 10, 25, 25, 26, 1000]
 
 
 def test_paper_sampler_wants_optuna_4(monkeypatch: pytest.MonkeyPatch) -> None:
