@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import reprlib
 from pathlib import Path
 from typing import Any, Self, get_args
 
@@ -12,6 +13,10 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from mobo_core.errors import InputError
 
 _MAX_YAML_BYTES = 100_000
+
+_REPR = reprlib.Repr()
+_REPR.maxstring = _REPR.maxother = _REPR.maxlong = 200
+_REPR.maxlevel = 3
 
 
 class Settings(BaseModel):
@@ -49,7 +54,8 @@ class Settings(BaseModel):
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "not UTF-8 text"
             raise InputError(reason, where=str(path), expected=f"a YAML file of {cls.__name__}") from None
-        except yaml.YAMLError as error:
+        # Its constructors pass on what int(), float() and datetime() raise; deep nesting ends the stack.
+        except (yaml.YAMLError, ValueError, RecursionError) as error:
             raise InputError(f"not YAML ({_short(str(error))})", where=str(path), expected="YAML") from None
         return cls.of({} if values is None else values, where=str(path))
 
@@ -63,7 +69,11 @@ class Settings(BaseModel):
 
 
 def _short(value: object) -> str:
-    text = " ".join(repr(value).split())
+    # Never the whole value: a few aliases in a YAML make one that no memory holds.
+    try:
+        text = " ".join(_REPR.repr(value).split())
+    except ValueError:  # an integer with more digits than Python prints
+        text = "a very large number"
     return text if len(text) <= 80 else text[:77] + "..."
 
 
@@ -71,7 +81,10 @@ def _one_line(cls: type[BaseModel], error: ValidationError, where: str) -> Input
     first = error.errors(include_url=False)[0]
     name = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
-        return InputError(f"unknown field {name!r}", where=where, expected="one of " + ", ".join(cls.model_fields))
+        fields = cls.model_fields
+        for part in first["loc"][:-1]:  # down to the settings within settings that it is in
+            fields = getattr(fields[str(part)].annotation, "model_fields", fields)
+        return InputError(f"unknown field {name!r}", where=where, expected="one of " + ", ".join(fields))
     what = f"{name} = {_short(first['input'])}" if name else _short(first["input"])
     message = str(first["msg"])
     for prefix in ("Value error, ", "Input should be ", "Assertion failed, "):

@@ -233,7 +233,7 @@ def test_defaults_are_the_papers_experiment() -> None:
         ("joints: 6", ("unknown field 'joints'", "n_joints")),
         ("n_joints: six", ("n_joints = 'six'", "integer")),
         ("n_joints: 0", ("n_joints = 0", "greater than or equal to 1")),
-        ("n_joints: 5000", ("n_joints = 5000", "64")),
+        ("n_joints: 5000", ("n_joints = 5000", "12")),
         ("n_joints: 6.5", ("n_joints = 6.5",)),
         ("n_joints: [6]", ("n_joints = [6]",)),
         ("lengths: random", ("lengths = 'random'", "fractions", "sequential")),

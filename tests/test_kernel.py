@@ -22,7 +22,7 @@ from mobo_core.evaluation.compiled import kernel
 from mobo_core.evaluation.evaluate import Postures, Result, evaluate
 from mobo_core.evaluation.geometry import any_pair_collides, place_capsules, segment_distance_squared
 from mobo_core.evaluation.kernel import DAMPING_FLOOR, DAMPING_GAIN, MAX_STEP
-from mobo_core.evaluation.lanes import LANES
+from mobo_core.evaluation.lanes import LANES, lane_jacobian_source
 from mobo_core.evaluation.numerics import target_rotation
 from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.reference import tool_error as reference_tool_error
@@ -488,3 +488,19 @@ def test_arms_of_one_joint(joints: str) -> None:
     assert fast.reach == reference.reach
     assert fast.reach > 0
     assert fast.torque == pytest.approx(reference.torque, abs=1e-9)
+
+
+@pytest.mark.parametrize("n", [6, 7])
+def test_jacobian(n: int) -> None:
+    """The Jacobian within the kernel's step is Pinocchio's to 1e-12, at any posture."""
+    names: dict[str, object] = {}
+    exec("import math\nimport numpy as np\n" + lane_jacobian_source(n), names)
+    chain = next(chain for chain in CHAINS.values() if chain.n == n)
+    lanes = lanes_of(chain, 5)
+    state = np.vstack([lanes.q.T, np.zeros((14, LANES))]).ravel()
+    out = np.empty(n * 6 * LANES)
+    names["lane_jacobian"](state, lanes._constants, 1.0, out)  # type: ignore[operator]
+    rows = out.reshape(n, 6, LANES)
+    model = ReferenceModel(chain)
+    for lane in range(LANES):
+        assert np.abs(rows[:, :, lane].T - model.jacobian(lanes.q[lane])).max() < 1e-12

@@ -147,6 +147,9 @@ BOMB = (
         pytest.param(changed('type="revolute"', 'type="floating"'), "'joint_1': type 'floating'", id="floating"),
         pytest.param(changed('type="revolute"', 'type="planar"'), "type 'planar'", id="planar"),
         pytest.param(changed('type="revolute"', ""), "type ''", id="no type"),
+        pytest.param(
+            changed("<axis", '<mimic joint="joint_2"/><axis'), "'joint_1': follows another joint", id="mimic on the way"
+        ),
         pytest.param(changed('type="revolute"', 'type="prismatic"'), "'joint_1': type 'prismatic'", id="prismatic"),
         pytest.param(robot(links(2), joint("a", "l0", "l1", "fixed")), "no joint between 'l0' and 'l1'", id="fixed"),
         pytest.param(with_mass('<mass value="0"/>'), "link 'l1': mass 0 kg; expected more than 0", id="zero mass"),

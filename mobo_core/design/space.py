@@ -9,7 +9,7 @@ from optuna.distributions import BaseDistribution
 from optuna.trial import BaseTrial, FixedTrial
 from pydantic import Field, model_validator
 
-from mobo_core.design.design import JOINT_TYPES, MAX_JOINTS, Design
+from mobo_core.design.design import JOINT_TYPES, Design
 from mobo_core.settings import Settings
 
 
@@ -26,7 +26,7 @@ class DesignSpace(Settings):
     In both, the last link takes what remains and may exceed ``max_length``.
     """
 
-    n_joints: int = Field(6, ge=1, le=MAX_JOINTS, description="number of joints")
+    n_joints: int = Field(6, ge=1, le=12, description="number of joints; the kernel takes up to 12")
     joint_types: str = Field(JOINT_TYPES, description="letters to choose from, of R, P and Y")
     lengths: Literal["fractions", "sequential"] = "fractions"
     total_length: float = Field(0.6, gt=0, le=1e3, description="m, of the stretched arm")

@@ -92,6 +92,8 @@ def chain_from_urdf(
     if not moving:
         raise InputError(f"no joint between {checked.root!r} and {tip!r}", where="urdf", expected="one or more")
     for joint in moving:
+        if joint in checked.mimics:
+            raise InputError("follows another joint", where=f"urdf joint {joint!r}", expected="no <mimic> on the way")
         if kinds[joint] == "prismatic":
             expected = "revolute, continuous or fixed joints on the way to the tip"
             raise InputError("type 'prismatic'", where=f"urdf joint {joint!r}", expected=expected)

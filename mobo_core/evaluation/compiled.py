@@ -132,7 +132,9 @@ def _load(n: int) -> ModuleType:
             inspect.getsource(sweep.table_tips),
             inspect.getsource(sweep.evaluate_voxels),
         )
-        path.write_text(_HEADER + "\n\n".join(decorator + function for function in functions), encoding="utf-8")
+        part = path.with_suffix(f".{os.getpid()}")
+        part.write_text(_HEADER + "\n\n".join(decorator + function for function in functions), encoding="utf-8")
+        os.replace(part, path)
     found = importlib.util.spec_from_file_location(name, path)
     assert found is not None and found.loader is not None
     module = importlib.util.module_from_spec(found)

@@ -1,9 +1,9 @@
-"""The compiled evaluation: inverse kinematics, self-collision and gravity torque of a serial chain.
+"""What the compiled kernel is made of besides its lanes: its constants, and one posture at a time.
 
-The algorithm, shared line by line with :mod:`mobo_core.evaluation.reference`: from a start drawn at random,
-damped least squares on the six errors of the tool (position in m, orientation as twice the sine of half
-the angle, along its axis), with joints at their limits frozen while the step would push them further.
-An attempt ends with a posture within both tolerances, which counts unless it is in self-collision.
+The algorithm, shared step by step with :mod:`mobo_core.evaluation.reference`: damped least squares on the six
+errors of the tool (position in m, orientation as twice the sine of half the angle, along its axis), with joints
+at their limits frozen while the gradient pushes them further. An attempt ends with a posture within both
+tolerances, which counts unless it is in self-collision.
 
 All functions take flat arrays (see :class:`mobo_core.evaluation.chain.Chain`), release the GIL, and give the
 same bits on every x86-64 machine: no fastmath, no calls into a mathematics library.
@@ -76,88 +76,6 @@ def forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations,
         r[0, 0], r[0, 1], r[0, 2] = a00, a01, a02
         r[1, 0], r[1, 1], r[1, 2] = a10, a11, a12
         r[2, 0], r[2, 1], r[2, 2] = a20, a21, a22
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def tool_error(tip, target_r, target_p, error):
-    """Write the tool's six errors at pose ``tip`` and return the squared norms (position, orientation)."""
-    ex = target_p[0] - tip[3, 0]
-    ey = target_p[1] - tip[3, 1]
-    ez = target_p[2] - tip[3, 2]
-    # Half the sum of (column of tip) x (column of target) is the sine of the angle along the axis.
-    sx = sy = sz = trace = 0.0
-    for k in range(3):
-        a0, a1, a2 = tip[0, k], tip[1, k], tip[2, k]
-        b0, b1, b2 = target_r[0, k], target_r[1, k], target_r[2, k]
-        sx += a1 * b2 - a2 * b1
-        sy += a2 * b0 - a0 * b2
-        sz += a0 * b1 - a1 * b0
-        trace += a0 * b0 + a1 * b1 + a2 * b2
-    # sin(w) = 2 sin(w/2) cos(w/2), and 4 cos^2(w/2) = 1 + trace; bounded away from the half turn, next to
-    # which the errors vanish, but not their norm.
-    f = 1.0 / math.sqrt(max(1.0 + trace, HALF_TURN))
-    sx, sy, sz = f * sx, f * sy, f * sz
-    error[0], error[1], error[2] = ex, ey, ez
-    error[3], error[4], error[5] = sx, sy, sz
-    e_rotation = sx * sx + sy * sy + sz * sz if 1.0 + trace > HALF_TURN else 3.0 - trace
-    return ex * ex + ey * ey + ez * ez, e_rotation
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def jacobian(axes, origins, tip, jac):
-    """Write the Jacobian of the tip, shape (n, 6): row i is (axis x (tip - origin), axis) of joint i."""
-    for i in range(axes.shape[0]):
-        ax, ay, az = axes[i, 0], axes[i, 1], axes[i, 2]
-        dx = tip[3, 0] - origins[i, 0]
-        dy = tip[3, 1] - origins[i, 1]
-        dz = tip[3, 2] - origins[i, 2]
-        jac[i, 0] = ay * dz - az * dy
-        jac[i, 1] = az * dx - ax * dz
-        jac[i, 2] = ax * dy - ay * dx
-        jac[i, 3], jac[i, 4], jac[i, 5] = ax, ay, az
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def damped_step(jac, free, error, damping, m, y, step):
-    """Write the damped least-squares step J^T (J J^T + damping I)^-1 error over the free joints.
-
-    ``m`` (6, 6) and ``y`` (6,) are work space: the Cholesky factor, and the solution.
-    """
-    for a in range(6):
-        for b in range(a + 1):
-            m[a, b] = 0.0
-    for i in range(jac.shape[0]):
-        if free[i]:
-            for a in range(6):
-                v = jac[i, a]
-                for b in range(a + 1):
-                    m[a, b] += v * jac[i, b]
-    for a in range(6):
-        m[a, a] += damping
-    for b in range(6):
-        for k in range(b):
-            m[b, b] -= m[b, k] * m[b, k]
-        m[b, b] = 1.0 / math.sqrt(m[b, b])
-        for a in range(b + 1, 6):
-            for k in range(b):
-                m[a, b] -= m[a, k] * m[b, k]
-            m[a, b] *= m[b, b]
-    for a in range(6):
-        v = error[a]
-        for k in range(a):
-            v -= m[a, k] * y[k]
-        y[a] = v * m[a, a]
-    for a in range(5, -1, -1):
-        v = y[a]
-        for k in range(a + 1, 6):
-            v -= m[k, a] * y[k]
-        y[a] = v * m[a, a]
-    for i in range(jac.shape[0]):
-        v = 0.0
-        if free[i]:
-            for a in range(6):
-                v += jac[i, a] * y[a]
-        step[i] = v
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

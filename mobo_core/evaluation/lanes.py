@@ -46,6 +46,18 @@ def lane_forward_source(n: int) -> str:
     return _function("lane_forward(state, constants)", n, [], lines)
 
 
+def lane_jacobian_source(n: int) -> str:
+    """Return the source of ``lane_jacobian(state, constants, weight, out)``, which tests hold against Pinocchio.
+
+    ``out`` gets n * 6 rows of LANES numbers: the Jacobian of the tip as ``lane_step`` has it.
+    """
+    lines = [f"q{i} = {_row(i)}" for i in range(n)] + list(_forward(n))
+    for i in range(n):
+        lines += _jacobian_row(i)
+        lines += [f"out[{(6 * i + a) * LANES} + lane] = j{i}{a}" for a in range(6)]
+    return _function("lane_jacobian(state, constants, weight, out)", n, [], lines)
+
+
 def _function(head: str, n: int, before: list[str], body: Iterable[str]) -> str:
     constants = [f"c{i}_{k} = constants[{i}, {k}]" for i in range(n + 1) for k in range(12)]
     loop = [f"for lane in range({LANES}):", *(f"    {line}" for line in body)]
@@ -63,6 +75,7 @@ def _body(n: int) -> Iterator[str]:
     yield from _errors(n)
     for i in range(n):
         yield from _jacobian_row(i)
+        yield from _freeze(i)
     yield from _solve(n)
     yield from _move(n)
 
@@ -121,12 +134,16 @@ def _errors(n: int) -> Iterator[str]:
 
 
 def _jacobian_row(i: int) -> Iterator[str]:
-    """Row i of the Jacobian, all zero if the joint is at a limit which the gradient pushes it against."""
+    """Row i of the Jacobian of the tip: axis x (tip - origin), weighed, and axis."""
     yield f"dx, dy, dz = x - ox{i}, y - oy{i}, z - oz{i}"
     for r, axis in enumerate(_AXES):
         u, v = _AXES[(r + 1) % 3], _AXES[(r + 2) % 3]
         yield f"j{i}{r} = weight * (z{u}{i} * d{v} - z{v}{i} * d{u})"
         yield f"j{i}{r + 3} = z{axis}{i}"
+
+
+def _freeze(i: int) -> Iterator[str]:
+    """Make row i zero if the joint is at a limit which the gradient pushes it against."""
     yield "g = " + " + ".join(f"j{i}{a} * {e}" for a, e in enumerate(_ERROR))
     yield f"frozen = (q{i} <= lower{i} and g < 0.0) or (q{i} >= upper{i} and g > 0.0)"
     yield "free = 0.0 if frozen else 1.0"

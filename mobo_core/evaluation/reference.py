@@ -83,7 +83,7 @@ def _capsule_placement(a: Array, b: Array) -> Any:
 
 
 def tool_error(tip: Any, target_r: Array, target_p: Array) -> tuple[Array, float, float]:
-    """Return the six errors of the tool at ``tip`` and their squared norms (see the kernel's ``tool_error``)."""
+    """Return the six errors of the tool at ``tip`` and their squared norms (see :mod:`mobo_core.evaluation.kernel`)."""
     relative = target_r @ tip.rotation.T
     sine = 0.5 * np.array(
         [relative[2, 1] - relative[1, 2], relative[0, 2] - relative[2, 0], relative[1, 0] - relative[0, 1]]

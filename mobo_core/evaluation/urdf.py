@@ -55,6 +55,7 @@ class CheckedUrdf:
         parents: link -> (parent link, joint name, joint type) for all links but the root.
         shapes: collision cylinders and spheres.
         ignored_shapes: collision shapes of other kinds (boxes, meshes), which are left out.
+        mimics: names of the joints that follow another one.
     """
 
     xml: str = ""
@@ -62,6 +63,7 @@ class CheckedUrdf:
     parents: dict[str, tuple[str, str, str]] = field(default_factory=dict)
     shapes: list[Shape] = field(default_factory=list)
     ignored_shapes: int = 0
+    mimics: set[str] = field(default_factory=set)
 
     def leaves(self) -> list[str]:
         """Return the links that are nobody's parent."""
@@ -223,6 +225,8 @@ def _joint(joint: Element, plain: Element, links: set[str], checked: CheckedUrdf
     SubElement(target, "child", link=ends["child"])
     if kind == "fixed":
         return
+    if joint.find("mimic") is not None:
+        checked.mimics.add(name)
     axis = _numbers(joint.find("axis"), "xyz", "1 0 0", where + " axis")
     if abs(math.sqrt(sum(a * a for a in axis)) - 1) > 1e-3:
         raise InputError(f"axis {_text(axis)}", where=where, expected="a vector of length 1")

@@ -43,7 +43,7 @@ OPTIMIZER = (
     Parameter("study_name", "study", "name of the study"),
     Parameter("n_trials", 1000, "trials the bag shall hold in all", 1, _MANY),
     Parameter("n_startup_trials", 100, "random trials before the sampler's model takes over", 1, _MANY),
-    Parameter("n_joints", 6, "joints of an arm; wins over the space file", 1, 64),
+    Parameter("n_joints", 6, "joints of an arm; wins over the space file", 1, 12),
     Parameter("space", "", "YAML file of the design space; empty: the paper's"),
     Parameter("lengths", "fractions", "how link lengths are drawn: fractions or sequential (the paper's)"),
     Parameter("sampler", "tpe", "tpe, paper (sequential, one in flight unless set otherwise) or random"),
