@@ -17,7 +17,7 @@ import pytest
 from arms import HANDED_ARM, LENGTHS, arm, random_arm, small_spec
 
 from mobo_core.errors import InputError
-from mobo_core.evaluation import EvaluationSpec
+from mobo_core.evaluation import PRESETS, EvaluationSpec
 from mobo_core.evaluation import evaluate as evaluate_module
 from mobo_core.evaluation.audit import audit
 from mobo_core.evaluation.chain import Array, chain_from_urdf
@@ -45,6 +45,7 @@ def fingerprint() -> str:
     text = hashlib.sha256()
     for urdf, tip, values in (
         (PRRYPY, "", {}),
+        (PRRYPY, "", PRESETS["mobo"]),
         (arm("YPPYPY"), "", {"solution": "least_torque", "payload_kg": 0.7, "seed": 2**63 - 1}),
         (arm("YPPRPP", (0.1,) * 6, link_radius=0.03, joint_limit=3.0), "", {"gravity": (1.0, 2.0, -9.0)}),
         (random_arm(1), "flange", {"self_collision": False}),
