@@ -14,6 +14,7 @@ from mobo_core.design import to_urdf
 from mobo_core.design.description import TIP_LINK
 from mobo_core.errors import InputError
 from mobo_core.messages import MAX_MESSAGE_BYTES, decode, encode, make, message_type, spec_to_message
+from mobo_core.search.answers import evaluation_fault
 from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
 from mobo_core.search.front import hypervolume, pareto_front
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
@@ -285,21 +286,3 @@ class Optimizer:
 def _told(trial: Any) -> Told:
     complete = trial.state == message_type("Trial").COMPLETE
     return Told(int(trial.trial), (float(trial.reach), float(trial.torque)) if complete else None)
-
-
-def evaluation_fault(evaluation: Any, n_voxels: int) -> str:
-    """Return what is wrong with the values of an Evaluation, or ""."""
-    for name in ("voxel_reach", "voxel_torque", "voxel_torque_sd", "voxel_out_of_range", "voxel_not_converged",
-                 "voxel_in_collision"):  # fmt: skip
-        values = getattr(evaluation, name)
-        if len(values) != n_voxels:
-            return f"{name} has {len(values)} entries, not {n_voxels}"
-        if not np.all(np.isfinite(values)) or np.any(values < 0):
-            return f"{name} holds a number that is negative or not finite"
-    if np.any(evaluation.voxel_reach > 1):
-        return "voxel_reach above 1"
-    for total, part in (("reach", "voxel_reach"), ("torque", "voxel_torque")):
-        value, parts = getattr(evaluation, total), math.fsum(getattr(evaluation, part))
-        if not math.isfinite(value) or abs(value - parts) > 1e-9 * max(1.0, parts):
-            return f"{total} is {value!r}, but {part} adds up to {parts!r}"
-    return ""
