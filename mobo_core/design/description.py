@@ -44,13 +44,18 @@ def _source(design: Design, space: DesignSpace) -> str:
         f"<xacro:include filename={quoteattr(str(folder / f'{name}.xacro'))}/>"
         for name in ("common", *sorted(_MACROS.values()))
     ]
+    properties = {
+        "limit": space.joint_limit,
+        "motor_mass": space.motor_mass,
+        "radius": space.link_radius,
+        "density": space.link_density,
+    }
+    lines += [f'<xacro:property name="{name}" value="{value!r}"/>' for name, value in properties.items()]
     lines.append("<xacro:base/>")
     parent, offset = BASE_LINK, 0.0
     for i, (joint, length) in enumerate(zip(design.joints, design.lengths, strict=True), start=1):
         lines.append(
-            f'<xacro:{_MACROS[joint]} index="{i}" parent="{parent}" offset="{offset!r}" length="{length!r}" '
-            f'limit="{space.joint_limit!r}" motor_mass="{space.motor_mass!r}" '
-            f'radius="{space.link_radius!r}" density="{space.link_density!r}"/>'
+            f'<xacro:{_MACROS[joint]} index="{i}" parent="{parent}" offset="{offset!r}" length="{length!r}"/>'
         )
         parent, offset = f"link_{i}", length
     lines.append(f'<xacro:tool parent="{parent}" offset="{offset!r}"/>')
