@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from types import ModuleType
 from typing import Any
@@ -20,6 +20,8 @@ from mobo_core.evaluation.starts import GRID, no_table, sort_table, unit_samples
 
 # Postures sampled for the starts of ik_mode complete.
 TABLE_SAMPLES = 20_000
+# Poses of the smallest part that a thread takes.
+_LEAST_POSES = 96
 # Orientations of no targets: the kernel draws them.
 DRAWN = np.zeros((0, 0, 3, 3))
 
@@ -62,13 +64,52 @@ def _unit_samples(seed: int, n: int) -> Array:
     return samples
 
 
-def _table(compiled: ModuleType, chain: Chain, constants: Array, seed: int) -> tuple[Array, ...]:
+def _share(work: Callable[[int, int], None], parts: Iterable[tuple[int, int]], threads: int) -> None:
+    """Have ``threads`` threads, this one among them, do ``work`` on the parts, each taking the next one in turn."""
+    left = iter(list(parts))
+
+    def take() -> None:
+        for low, high in left:
+            work(low, high)
+
+    if threads == 1:
+        return take()
+    with ThreadPoolExecutor(threads - 1) as pool:
+        others = [pool.submit(take) for _ in range(threads - 1)]
+        take()
+    for other in others:
+        other.result()
+
+
+def _parts(first: int, last: int, poses: int, threads: int) -> Iterator[tuple[int, int]]:
+    """Yield ranges of voxels that make up ``first`` to ``last`` - 1, ever smaller ones.
+
+    Voxels differ much in cost, so threads end together only if the last parts are small. Each part costs
+    something, since lanes run empty at its end.
+    """
+    least = max(1, _LEAST_POSES // poses)
+    while first < last:
+        left = last - first
+        size = min(left, max(least, left * 3 // (4 * threads))) if threads > 1 else left
+        yield first, first + size
+        first += size
+
+
+def _table(compiled: ModuleType, chain: Chain, constants: Array, seed: int, threads: int) -> tuple[Array, ...]:
     """Return the arm's table of starts: (q, order, cell_first, poses) as the kernel takes it."""
-    q = chain.lower + _unit_samples(seed, chain.n) * (chain.upper - chain.lower)
-    m = len(q)
-    tips, poses, order = np.empty((12, m)), np.empty((12, m)), np.empty(m, np.int64)
+    unit = _unit_samples(seed, chain.n)
+    m = len(unit)
+    q, tips = np.empty_like(unit), np.empty((12, m))
+
+    def sample(low: int, high: int) -> None:
+        q[low:high] = chain.lower + unit[low:high] * (chain.upper - chain.lower)
+        part = np.empty((12, high - low))
+        compiled.table_tips(constants, q[low:high], part)
+        tips[:, low:high] = part
+
+    _share(sample, [(m * i // threads, m * (i + 1) // threads) for i in range(threads)], threads)
+    poses, order = np.empty((12, m)), np.empty(m, np.int64)
     cell_first = np.empty(GRID**3 + 1, np.int64)
-    compiled.table_tips(constants, q, tips)
     sort_table(tips, chain.placement_p[0], chain.reach_radius, np.empty(m, np.int64), order, cell_first, poses)
     return q, order, cell_first, poses
 
@@ -87,23 +128,16 @@ def kernel_call(
         chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, constants, chain.lower, chain.upper,
         chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
         chain.capsule_radius, chain.pairs,
-        *(_table(compiled, chain, constants, spec.seed) if complete else no_table(chain.n)),
+        *(_table(compiled, chain, constants, spec.seed, threads) if complete else no_table(chain.n)),
         centres, rotations,
     )  # fmt: skip
     question = (*_question(spec), np.array(spec.gravity))
 
     def compute(first: int, last: int, out: Outputs) -> None:
-        def part(bounds: tuple[int, int]) -> None:
-            low, high = bounds
+        def work(low: int, high: int) -> None:
             compiled.evaluate_voxels(*arrays, low, high, *question, *out.part(low - first, high - first))
 
-        if threads == 1:
-            return part((first, last))
-        # Voxels differ much in cost: many small parts keep all threads busy to the end.
-        size = max(1, (last - first) // (8 * threads))
-        parts = [(low, min(low + size, last)) for low in range(first, last, size)]
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(part, parts))
+        _share(work, _parts(first, last, spec.poses_per_voxel, threads), threads)
 
     return compute, time.perf_counter() - began
 
