@@ -32,5 +32,9 @@ class InputError(MoboError):
         )
 
 
+class UnableError(InputError):
+    """A sound question that this engine or version cannot answer; another may."""
+
+
 class StudyError(MoboError):
     """A study cannot go on, or the answer to what was asked is no. Exit code 1."""

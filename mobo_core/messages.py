@@ -18,6 +18,9 @@ from mobo_core.resources import message_folder
 
 SCHEMA_VERSION = 1
 
+# How the reason of a FAILED answer begins if the evaluator's engine or version is not up to the question.
+UNABLE = "unable: "
+
 # Larger than any message mobo sends: a million voxels, and a URDF.
 MAX_MESSAGE_BYTES = 64_000_000
 

@@ -231,7 +231,8 @@ def test_answer_that_comes_after_its_lease_still_counts() -> None:
     (first,) = dispatcher.next_dispatches(0.0)
     dispatcher.expire(10.1)
     assert leases(dispatcher) == {0: []}
-    assert dispatcher.answered(first, ok=False) is Verdict.LATE  # no lease of it to fail
+    assert dispatcher.answered(first, ok=False) is Verdict.RETRY
+    assert dispatcher.answered(first, ok=False) is Verdict.LATE  # it failed already
     dispatcher.heard("b", 1, [], 10.1)
     (second,) = dispatcher.next_dispatches(10.1)
     assert second == Dispatch(0, 2, "b")
@@ -247,6 +248,30 @@ def test_trials_opened_from_a_record() -> None:
     assert dispatcher.next_dispatches(0.0) == [Dispatch(4, 3, "a")]
     assert dispatcher.answered(Dispatch(4, 2, "x"), ok=True) is Verdict.UNKNOWN
     assert dispatcher.answered(recorded[1], ok=True) is Verdict.ACCEPTED
+
+
+def test_failures_of_a_record_count() -> None:
+    """Failed answers told again after a restart use up attempts as they did before it."""
+    dispatcher = started(trials=0)
+    recorded = [Dispatch(4, n, f"x{n}") for n in (1, 2, 3)]
+    dispatcher.open(4, recorded)
+    verdicts = [dispatcher.answered(dispatch, ok=False) for dispatch in recorded]
+    assert verdicts == [Verdict.RETRY, Verdict.RETRY, Verdict.EXHAUSTED]
+
+
+def test_unable_evaluators_cost_no_attempt_and_are_not_asked_again() -> None:
+    """The trial waits for another evaluator, however many are unable."""
+    dispatcher = started()
+    for n in range(8):
+        dispatcher.heard(f"u{n}", 1, [], 0.0)
+    for _ in range(9):
+        (sent,) = dispatcher.next_dispatches(0.0)
+        assert dispatcher.answered(sent, ok=False, unable=True) is Verdict.RETRY
+    assert dispatcher.next_dispatches(0.0) == []
+    dispatcher.heard("able", 1, [], 0.0)
+    (sent,) = dispatcher.next_dispatches(0.0)
+    assert sent.evaluator == "able"
+    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED
 
 
 def test_closing_a_trial() -> None:
@@ -342,7 +367,7 @@ class AnyOrder(RuleBasedStateMachine):
         free = {name for name in alive if under_lease[name] < alive[name]}
         for trial, dispatches in leases(self.dispatcher).items():
             if not dispatches:
-                failed_on = self.dispatcher._open[trial].failed_on
+                failed_on = {dispatch.evaluator for dispatch in self.dispatcher._open[trial].failed}
                 assert free <= failed_on
                 assert not free or set(alive) - failed_on
 

@@ -102,7 +102,7 @@ def test_bad_candidates_are_rejected_with_the_reason_and_the_evaluator_lives(nod
         "tip": (_candidate(3, "e1", tip="hand"), "no link 'hand'"),
         "nan": (_candidate(4, "e1", spec=bad_spec), "voxel_size"),
         "many": (_candidate(5, "e1", spec=huge_spec), "voxels"),
-        "schema": (_candidate(6, "e1", schema_version=99), "schema_version"),
+        "closed loop": (_candidate(6, "e1", urdf=URDF.replace('link="link_3"', 'link="link_2"')), "loop"),
         "large": (_candidate(7, "e1", urdf=" " * 3_000_000), "bytes"),
         "empty": (_candidate(8, "e1", urdf=""), "urdf"),
     }
@@ -191,3 +191,15 @@ def test_a_candidate_that_kills_its_worker_costs_the_worker_alone(nodes: Nodes, 
     failed = [e for e in read_study(bag).evaluations if e.status == message_type("Evaluation").FAILED]
     assert len(failed) == 1 and "signal 11" in failed[0].reason
     assert {int(t.state) for t in read_study(bag).trials.values()} == {message_type("Trial").COMPLETE}
+
+
+def test_evaluators_that_are_unable_fail_no_trial(nodes: Nodes, tmp_path: Path) -> None:
+    bag, spec = tmp_path / "bag", tmp_path / "complete.yaml"
+    spec.write_text("{poses_per_voxel: 1, ik_mode: complete, restarts: 4, iterations: 8}")
+    nodes.start("evaluator", remap="__node:=a_reference", workers=2, engine="reference")
+    nodes.start("evaluator", remap="__node:=b_kernel", workers=1)
+    optimizer = nodes.optimizer(bag, n_trials=8, sampler="random", spec=spec)
+    assert finish(optimizer) == 0, output(optimizer)
+    study = read_study(bag)
+    assert len(study.complete_trials()) == 8
+    assert {trial.evaluator for trial in study.trials.values()} == {"b_kernel"}

@@ -20,7 +20,7 @@ from mobo_core.evaluation import EvaluationSpec, answer
 from mobo_core.evaluation.answer import Answering
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.evaluation.pool import WorkerPool
-from mobo_core.messages import decode, encode, make, message_type, spec_to_message
+from mobo_core.messages import UNABLE, decode, encode, make, message_type, spec_to_message
 from mobo_core.search.optimizer import evaluation_fault
 
 OK, REJECTED, FAILED = (getattr(message_type("Evaluation"), name) for name in ("OK", "REJECTED", "FAILED"))
@@ -97,6 +97,19 @@ def test_answers_are_what_an_evaluation_gives(kernel_pool: WorkerPool) -> None:
         assert evaluation_fault(given, SMALL.n_voxels) == ""
 
 
+def test_what_this_evaluator_is_unable_to_answer_is_failed_not_rejected(kernel_pool: WorkerPool) -> None:
+    """Another evaluator may: candidates of another schema, or with more joints than the kernel takes."""
+    for asked, words in (
+        (candidate(schema_version=999), "schema_version: 999; expected 1, this evaluator's"),
+        (candidate(urdf=arm("P" * 13, (0.04,) * 13)), "13 joints on the way to the tip"),
+    ):
+        kernel_pool.submit(asked)
+        (given,) = gather(kernel_pool, 1)
+        assert given.status == FAILED
+        assert given.reason.startswith(UNABLE)
+        assert words in given.reason
+
+
 @pytest.mark.parametrize(
     ("bad", "words"),
     [
@@ -106,7 +119,6 @@ def test_answers_are_what_an_evaluation_gives(kernel_pool: WorkerPool) -> None:
         (candidate(urdf=arm("PRRYPY").replace('value="0.5', 'value="-0.5')), "more than 0"),
         (candidate(tip="hook"), "no link 'hook'"),
         (candidate(urdf=HANDED_ARM, tip=""), "3 leaf links"),
-        (candidate(schema_version=999), "schema_version: 999; expected 1, this evaluator's"),
     ],
 )
 def test_bad_candidates_are_rejected(kernel_pool: WorkerPool, bad: Any, words: str) -> None:

@@ -127,6 +127,33 @@ def test_one_changed_value_is_found_and_named(
     assert f"trial {trial}, {field}" in capsys.readouterr().err
 
 
+def test_told_as_failed_against_a_good_answer_is_found(
+    bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(message: Any) -> None:
+        message.state, message.reach, message.torque = 1, np.nan, np.nan
+
+    copy = tampered(bag, tmp_path / "copy", "Trial", fail, which=N - 1)
+    assert main(["verify", str(copy), "--workers", "1"]) == 1
+    assert f"trial {N - 1}, state" in capsys.readouterr().err
+
+
+def test_bad_answer_before_the_good_one_is_no_fault(bag: Path, tmp_path: Path) -> None:
+    """The first valid answer counts, whatever came before it under the same name."""
+    target = tmp_path / "copy"
+    target.mkdir()
+    (content,) = read_bag(bag)
+    file = McapFile(target / "copy_0.mcap", content.record)
+    for entry in content.entries:
+        if entry.kind == "Evaluation":
+            bad = decode("Evaluation", entry.data)
+            bad.reach = np.nan
+            file.write(entry.topic, entry.kind, encode(bad), entry.time_ns)
+        file.write(entry.topic, entry.kind, entry.data, entry.time_ns)
+    file.finish()
+    assert main(["verify", str(target), "--workers", "1"]) == 0
+
+
 def test_told_twice_or_never_is_found(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     def renumber(message: Any) -> None:
         message.trial = 3

@@ -60,7 +60,8 @@ def bench_evaluate(
         reference = evaluate(urdf, few, engine="reference")
         if reference.iterations:
             reference_us.append(1e6 * reference.seconds / reference.iterations)
-        recall, exhaustive_reach = 1.0, runs[0].reach
+        recall: float | None = None
+        exhaustive_reach: float | None = None
         if exhaustive_attempts:
             exhaustive = evaluate(urdf, long, postures=True)
             recall, exhaustive_reach = _recall(runs[0], exhaustive), exhaustive.reach
@@ -79,7 +80,7 @@ def bench_evaluate(
     return {
         "designs": rows,
         "median_ratio": statistics.median(row["ratio_reference"] for row in rows),
-        "min_recall": min(row["recall"] for row in rows),
+        "min_recall": min((row["recall"] for row in rows if row["recall"] is not None), default=None),
         "median_us_per_pose": statistics.median(row["us_per_pose"] for row in rows),
         "us_per_iteration_reference": statistics.median(reference_us) if reference_us else 0.0,
     }

@@ -39,7 +39,7 @@ def study_page(
         (len(table.complete), "arms evaluated"),
         (len(table.failed), "failed"),
         (open_trials, "not finished"),
-        (len(table.useful_front), "on the front"),
+        (len(table.front), "on the front"),
         (f"{max(reach, default=0.0):.1f}", f"best reach of {table.n_voxels}"),
         (f"{hypervolume(reach, torque, table.n_voxels):.4f}", "hypervolume"),
     ]
@@ -89,7 +89,7 @@ def index_page(links: Iterable[tuple[str, StudyRecord, StudyTable]]) -> str:
         cells = (
             str(table.n_joints),
             str(len(table.rows)),
-            str(len(table.useful_front)),
+            str(len(table.front)),
             f"{best:.2f} of {table.n_voxels}",
         )
         link = f'<a href="{escape(folder)}/index.html">{escape(study.name)}</a>'

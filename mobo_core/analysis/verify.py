@@ -46,6 +46,7 @@ class Verification:
     Attributes:
         candidates, evaluations, designs: how many were made again.
         trials: how many are told.
+        failed: how many of those as failed.
         faults: what is wrong.
         other_versions: libraries whose version differs from the recording's: name -> (recorded, here).
     """
@@ -54,6 +55,7 @@ class Verification:
     evaluations: int
     designs: int
     trials: int
+    failed: int
     faults: list[Fault]
     other_versions: dict[str, tuple[str, str]]
 
@@ -93,9 +95,10 @@ def verify(
         faults += [Fault(trial, field, text) for field, text in found]
         done += 1
         progress(done, total)
+    failed = len(study.trials) - len(study.complete_trials())
     recorded, here = json.loads(study.record.get("versions", "{}")), versions()
     other = {name: (old, here.get(name, "")) for name, old in recorded.items() if old != here.get(name)}
-    return Verification(len(study.candidates), len(jobs), n_designs, len(study.trials), faults, other)
+    return Verification(len(study.candidates), len(jobs), n_designs, len(study.trials), failed, faults, other)
 
 
 def _candidates(study: StudyRecord) -> Iterator[Fault]:
@@ -140,6 +143,8 @@ def _told(study: StudyRecord) -> Iterator[Fault]:
             yield Fault(number, "trial", "was never told, though later ones were")
             continue
         if trial.state != kinds.COMPLETE:
+            if number in study.denied:
+                yield Fault(number, "state", "told as failed, though a good answer had come")
             continue
         if (number, int(trial.attempt), trial.evaluator) not in sent:
             yield Fault(number, "attempt", f"attempt {trial.attempt} on {trial.evaluator} was never sent out")
@@ -229,7 +234,11 @@ def _evaluate_again(job: _Job) -> tuple[int, list[tuple[str, str]]]:
     for name in _COMPARED:
         old, new = np.asarray(job.recorded[name]), np.asarray(fields[name]).astype(np.asarray(job.recorded[name]).dtype)
         if old.shape != new.shape or old.tobytes() != new.tobytes():
-            where = "" if old.shape != new.shape or not old.ndim else f" of voxel {int(np.nonzero(old != new)[0][0])}"
-            at = int(np.nonzero(old != new)[0][0]) if where else ()
-            found.append((name, f"{old[at]!r}{where} recorded, evaluated again {new[at]!r}"))
+            both = range(min(old.size, new.size))
+            at = next((i for i in both if old.flat[i].tobytes() != new.flat[i].tobytes()), None)
+            if at is None:
+                found.append((name, f"{old.size} entries recorded, evaluated again {new.size}"))
+                continue
+            where = f" of voxel {at}" if old.ndim else ""
+            found.append((name, f"{old.flat[at]!r}{where} recorded, evaluated again {new.flat[at]!r}"))
     return job.trial, found

@@ -15,6 +15,7 @@ from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.messages import SCHEMA_VERSION, decode, message_type
+from mobo_core.search.answers import is_good
 from mobo_core.search.study import StudySettings
 
 _LIBRARIES = ("optuna", "pin", "coal", "numba", "numpy", "xacro", "mcap")
@@ -84,6 +85,7 @@ class StudyRecord:
         evaluators: joins, leaves and losses.
         trials: trial number -> Trial; the first record of it.
         repeated: numbers of trials that were told more than once.
+        denied: numbers of trials told as failed after a good answer had come.
         contents: the files.
     """
 
@@ -97,6 +99,7 @@ class StudyRecord:
     evaluators: list[Any] = field(default_factory=list)
     trials: dict[int, Any] = field(default_factory=dict)
     repeated: list[int] = field(default_factory=list)
+    denied: set[int] = field(default_factory=set)
     contents: list[FileContent] = field(default_factory=list)
 
     @property
@@ -116,15 +119,20 @@ class StudyRecord:
         return self._first
 
     def accepted(self, trial: int) -> Any | None:
-        """Return the evaluation that a trial was told from: the first one its record names."""
+        """Return the evaluation that a trial was told from: the first good one its record names; None if it failed."""
         told = self.trials.get(trial)
-        if told is None:
+        if told is None or told.state != message_type("Trial").COMPLETE:
             return None
-        if not hasattr(self, "_by_key"):
-            self._by_key: dict[tuple[int, int, str], Any] = {}
-            for e in self.evaluations:
-                self._by_key.setdefault((int(e.trial), int(e.attempt), e.evaluator), e)
-        return self._by_key.get((trial, int(told.attempt), told.evaluator))
+        return self._good_answers().get((trial, int(told.attempt), told.evaluator))
+
+    def _good_answers(self) -> dict[tuple[int, int, str], Any]:
+        if not hasattr(self, "_good"):
+            self._good: dict[tuple[int, int, str], Any] = {}
+            for evaluation in self.evaluations:
+                if is_good(evaluation, self.settings.spec.n_voxels):
+                    key = (int(evaluation.trial), int(evaluation.attempt), evaluation.evaluator)
+                    self._good.setdefault(key, evaluation)
+        return self._good
 
     def complete_trials(self) -> list[Any]:
         """Return the Trial messages that carry values, by number."""
@@ -152,12 +160,25 @@ def study_from(contents: list[FileContent], path: Path) -> StudyRecord:
         "Command": study.commands,
         "EvaluatorStatus": study.evaluators,
     }
+    sent: set[tuple[int, int, str]] = set()
+    answered: set[int] = set()
     for entry in entries(contents):
+        if entry.kind not in (*lists, "Trial"):
+            continue
+        message = decode(entry.kind, entry.data)
         if entry.kind in lists:
-            lists[entry.kind].append(decode(entry.kind, entry.data))
+            lists[entry.kind].append(message)
+        if entry.kind in ("Candidate", "Evaluation"):
+            key = (int(message.trial), int(message.attempt), message.evaluator)
+            if entry.kind == "Candidate":
+                sent.add(key)
+            elif key in sent and is_good(message, study.settings.spec.n_voxels):
+                answered.add(key[0])
         elif entry.kind == "Trial":
-            trial = decode("Trial", entry.data)
-            if int(trial.trial) in study.trials:
-                study.repeated.append(int(trial.trial))
-            study.trials.setdefault(int(trial.trial), trial)
+            number = int(message.trial)
+            if number in study.trials:
+                study.repeated.append(number)
+            study.trials.setdefault(number, message)
+            if message.state != message_type("Trial").COMPLETE and number in answered:
+                study.denied.add(number)
     return study

@@ -48,15 +48,7 @@ class StudyBag:
         self._contents: list[FileContent] = []
         self._file: McapFile | None = None
         self._record = study_record(name, settings)
-        try:
-            existing = folder.exists() and any(entry.name != LOCK_FILE for entry in folder.iterdir())
-        except OSError as error:
-            expected = "a folder that can be read and written"
-            raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
-        if existing and not resume:
-            raise InputError("exists already", where=str(folder), expected="resume:=true, or the name of a new bag")
-        if existing:
-            _same_study(first_record(read_bag(folder)), name, settings, str(folder))
+        self._check(resume, settings)
         try:
             folder.mkdir(parents=True, exist_ok=True)
             self._lock = BagLock(folder, node)
@@ -64,11 +56,25 @@ class StudyBag:
             expected = "a folder that can be made and written to"
             raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
         try:
-            if existing:
+            if self._check(resume, settings):  # again: another optimizer may have been faster
                 self._continue()
         except BaseException:
             self._lock.release()
             raise
+
+    def _check(self, resume: bool, settings: StudySettings) -> bool:
+        """Return whether the bag exists; raise InputError if it may not be written to."""
+        try:
+            existing = self.folder.exists() and any(entry.name != LOCK_FILE for entry in self.folder.iterdir())
+        except OSError as error:
+            expected = "a folder that can be read and written"
+            raise InputError(str(error.strerror), where=str(self.folder), expected=expected) from None
+        if existing and not resume:
+            expected = "resume:=true, or the name of a new bag"
+            raise InputError("exists already", where=str(self.folder), expected=expected)
+        if existing:
+            _same_study(first_record(read_bag(self.folder)), self.name, settings, str(self.folder))
+        return existing
 
     def _continue(self) -> None:
         self._contents = [

@@ -7,10 +7,11 @@ import time
 from pathlib import Path
 from typing import Any
 
+import yaml
 from mcap.writer import CompressionType, Writer
 
 from mobo_core import __version__
-from mobo_core.bag.files import FileSummary, qos_profile
+from mobo_core.bag.files import FileSummary, bag_files, qos_profile
 from mobo_core.errors import StudyError
 from mobo_core.messages import schema
 
@@ -76,8 +77,6 @@ class McapFile:
             self._schemas[kind] = self._writer.register_schema(
                 described.name, "ros2msg", described.definition.encode()
             )
-        import yaml
-
         qos = yaml.safe_dump([qos_profile(latched=kind == "StudyStatus")], sort_keys=False)
         return self._writer.register_channel(
             topic,
@@ -92,8 +91,8 @@ class McapFile:
 
 def next_file(folder: Path) -> Path:
     """Return the path of the next file of a bag."""
-    count = len(list(folder.glob("*.mcap")))
-    return folder / f"{folder.name}_{count}.mcap"
+    numbers = [int(path.stem.rsplit("_", 1)[1]) for path in bag_files(folder)] if any(folder.glob("*.mcap")) else []
+    return folder / f"{folder.name}_{max(numbers, default=-1) + 1}.mcap"
 
 
 def custom_data(record: dict[str, Any]) -> dict[str, str]:

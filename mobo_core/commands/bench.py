@@ -50,18 +50,25 @@ def run_evaluate(args: argparse.Namespace) -> int:
     if args.json:
         print(json.dumps(found))
         return 0
-    print(f"{'arm':9} {'reach':>7} {'exhaustive':>10} {'recall':>7} {'us/pose':>8} {'x reference':>11}   lengths in m")
+    titles = f"{'exhaustive':>10} {'recall':>7} {'us/pose':>8} {'x reference':>11}   lengths in m"
+    print(f"{'arm':9} {'reach':>7} {titles}")
     for row in found["designs"]:
         lengths = ",".join(f"{length:g}" for length in row["lengths"])
         print(
-            f"{row['name']:9} {row['reach']:7.2f} {row['reach_exhaustive']:10.2f} {row['recall']:7.2%} "
+            f"{row['name']:9} {row['reach']:7.2f} {_shown(row['reach_exhaustive'], '.2f'):>10} "
+            f"{_shown(row['recall'], '.2%'):>7} "
             f"{row['us_per_pose']:8.1f} {row['ratio_reference']:11.0f}   {lengths}"
         )
+    least = _shown(found["min_recall"], ".2%")
     print(
         f"median {found['median_us_per_pose']:.1f} us a pose, {found['median_ratio']:.0f} x the reference "
-        f"({found['us_per_iteration_reference']:.1f} us an iteration); least recall {found['min_recall']:.2%}"
+        f"({found['us_per_iteration_reference']:.1f} us an iteration); least recall {least}"
     )
     return 0
+
+
+def _shown(value: float | None, form: str) -> str:
+    return "-" if value is None else format(value, form)
 
 
 def _design(text: str) -> Any:

@@ -51,7 +51,8 @@ def run(args: argparse.Namespace) -> int:
         others = ", ".join(f"{name} {old} (here {new})" for name, (old, new) in found.other_versions.items())
         print(f"{args.bag}: recorded with {others}", file=sys.stderr)
     print(
-        f"{'DIFFERS' if found.faults else 'good'}: {found.trials} trials told, {found.candidates} candidates, "
+        f"{'DIFFERS' if found.faults else 'good'}: {found.trials} trials told ({found.failed} failed), "
+        f"{found.candidates} candidates, "
         f"{found.designs} designs asked again, {found.evaluations} evaluations made again"
     )
     return 1 if found.faults else 0

@@ -14,10 +14,10 @@ from typing import Any, Literal
 import numpy as np
 
 from mobo_core import __version__
-from mobo_core.errors import InputError
+from mobo_core.errors import InputError, UnableError
 from mobo_core.evaluation.evaluate import Engine, Result, evaluate
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.messages import SCHEMA_VERSION, make, message_type, spec_from_message
+from mobo_core.messages import SCHEMA_VERSION, UNABLE, make, message_type, spec_from_message
 
 AUDIT_POSES = 8
 
@@ -53,16 +53,18 @@ class Answering:
     def answer(self, candidate: Any) -> Any:
         """Return the Evaluation of a Candidate.
 
-        OK; or REJECTED with the reason if the candidate is bad; or FAILED if its audit fails or something
-        unforeseen happens.
+        OK; or REJECTED with the reason if the candidate is bad; or FAILED if this evaluator is unable to answer
+        it (the reason then begins with UNABLE), its audit fails or something unforeseen happens.
         """
         kinds = message_type("Evaluation")
         try:
             if candidate.schema_version != SCHEMA_VERSION:
                 expected = f"{SCHEMA_VERSION}, this evaluator's"
-                raise InputError(str(candidate.schema_version), where="schema_version", expected=expected)
+                raise UnableError(str(candidate.schema_version), where="schema_version", expected=expected)
             spec = spec_from_message(candidate.spec)
             result = self._evaluate(candidate, spec)
+        except UnableError as error:
+            return self.refusal(candidate, kinds.FAILED, UNABLE + str(error))
         except InputError as error:
             return self.refusal(candidate, kinds.REJECTED, str(error))
         except Exception as error:

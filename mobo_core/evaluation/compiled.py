@@ -16,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
-from mobo_core.errors import InputError
+from mobo_core.errors import UnableError
 
 SOURCES = ("numerics.py", "geometry.py", "kernel.py", "starts.py", "lanes.py", "sweep.py")
 
@@ -89,11 +89,11 @@ def kernel(n: int = 6, say: Callable[[str], None] = _to_stderr) -> ModuleType:
     The first process on a machine compiles under a file lock; others wait for it. Both say so.
 
     Raises:
-        InputError: more than MAX_JOINTS joints.
+        UnableError: more than MAX_JOINTS joints.
     """
     if n > MAX_JOINTS:
         expected = f"at most {MAX_JOINTS}, or the reference engine"
-        raise InputError(f"{n} joints on the way to the tip", where="kernel", expected=expected)
+        raise UnableError(f"{n} joints on the way to the tip", where="kernel", expected=expected)
     use_cache_folder()
     folder, complete = cache_folder(), cache_folder() / f"complete_{n}"
     try:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mobo_core.errors import InputError
+from mobo_core.errors import UnableError
 from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.compiled import kernel
 from mobo_core.evaluation.numerics import sin_cos
@@ -146,12 +146,12 @@ def reference_call(chain: Chain, spec: EvaluationSpec) -> Compute:
     """Return the function that evaluates a range of voxels by the reference engine.
 
     Raises:
-        InputError: an ik_mode that it does not have.
+        UnableError: an ik_mode that it does not have.
     """
     from mobo_core.evaluation.reference import evaluate_voxels_reference
 
     if spec.ik_mode != "paper":
-        raise InputError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
+        raise UnableError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
     centres, question = spec.voxel_centres(), _question(spec)
 
     def compute(first: int, last: int, out: Outputs) -> None:

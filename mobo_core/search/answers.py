@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from mobo_core.messages import message_type
+
 
 def evaluation_fault(evaluation: Any, n_voxels: int) -> str:
     """Return what is wrong with the values of an Evaluation, or ""."""
@@ -24,3 +26,8 @@ def evaluation_fault(evaluation: Any, n_voxels: int) -> str:
         if not math.isfinite(value) or abs(value - parts) > 1e-9 * max(1.0, parts):
             return f"{total} is {value!r}, but {part} adds up to {parts!r}"
     return ""
+
+
+def is_good(evaluation: Any, n_voxels: int) -> bool:
+    """Return whether an Evaluation carries values that may be told."""
+    return evaluation.status == message_type("Evaluation").OK and not evaluation_fault(evaluation, n_voxels)

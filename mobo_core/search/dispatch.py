@@ -43,9 +43,9 @@ class _Lease:
 @dataclass
 class _Trial:
     attempts: int = 0
-    failures: int = 0
+    failed: set[Dispatch] = field(default_factory=set)
     leases: dict[int, _Lease] = field(default_factory=dict)
-    failed_on: set[str] = field(default_factory=set)
+    unable: set[str] = field(default_factory=set)
     sent: set[Dispatch] = field(default_factory=set)
 
 
@@ -132,7 +132,7 @@ class Dispatcher:
         for trial, record in list(self._open.items()):
             for attempt, lease in list(record.leases.items()):
                 if now - lease.since > self._timeout_s:
-                    if self._fail(trial, attempt):
+                    if self._fail(lease.dispatch):
                         exhausted.append(trial)
                         break
                 elif now > lease.until:
@@ -154,10 +154,14 @@ class Dispatcher:
                 break
             record = self._open[trial]
             # An evaluator it failed on comes last, and is left out while another is alive.
-            fit = [name for name in free if name not in record.failed_on]
-            if not fit and any(name not in record.failed_on for name in self.evaluators):
+            able = [name for name in free if name not in record.unable]
+            failed_on = {dispatch.evaluator for dispatch in record.failed}
+            fit = [name for name in able if name not in failed_on]
+            if not fit and any(name not in failed_on | record.unable for name in self.evaluators):
                 continue
-            name = min(fit or free, key=lambda e: (-free[e], e))
+            if not able:
+                continue
+            name = min(fit or able, key=lambda e: (-free[e], e))
             record.attempts += 1
             dispatch = Dispatch(trial, record.attempts, name)
             record.leases[dispatch.attempt] = _Lease(dispatch, now + self._lease_s, now)
@@ -169,10 +173,11 @@ class Dispatcher:
             sent.append(dispatch)
         return sent
 
-    def answered(self, dispatch: Dispatch, *, ok: bool) -> Verdict:
+    def answered(self, dispatch: Dispatch, *, ok: bool, unable: bool = False) -> Verdict:
         """Judge an answer: the first one that is ``ok`` of any sending of an open trial counts.
 
-        Without ``ok`` the answer says that this evaluator could not do it.
+        Without ``ok`` the answer says that this evaluator could not do it. If it was ``unable`` to, whatever
+        the arm, that does not count against the trial, which will not go to it again.
         """
         record = self._open.get(dispatch.trial)
         if record is None:
@@ -182,9 +187,13 @@ class Dispatcher:
         if ok:
             self.close(dispatch.trial)
             return Verdict.ACCEPTED
-        if dispatch.attempt not in record.leases:
+        if dispatch in record.failed:
             return Verdict.LATE
-        return Verdict.EXHAUSTED if self._fail(dispatch.trial, dispatch.attempt) else Verdict.RETRY
+        if unable:
+            record.unable.add(dispatch.evaluator)
+            self._drop(dispatch.trial, dispatch.attempt)
+            return Verdict.RETRY
+        return Verdict.EXHAUSTED if self._fail(dispatch) else Verdict.RETRY
 
     def close(self, trial: int) -> None:
         """End a trial: no answer to it counts from now on."""
@@ -208,12 +217,11 @@ class Dispatcher:
             self._queue.append(trial)
             self._queue.sort()
 
-    def _fail(self, trial: int, attempt: int) -> bool:
-        record = self._open[trial]
-        record.failed_on.add(record.leases[attempt].dispatch.evaluator)
-        record.failures += 1
-        if record.failures >= self._max_attempts:
-            self.close(trial)
+    def _fail(self, dispatch: Dispatch) -> bool:
+        record = self._open[dispatch.trial]
+        record.failed.add(dispatch)
+        if len(record.failed) >= self._max_attempts:
+            self.close(dispatch.trial)
             return True
-        self._drop(trial, attempt)
+        self._drop(dispatch.trial, dispatch.attempt)
         return False

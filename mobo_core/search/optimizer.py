@@ -13,7 +13,7 @@ from mobo_core.bag.study_bag import StudyBag
 from mobo_core.design import to_urdf
 from mobo_core.design.description import TIP_LINK
 from mobo_core.errors import InputError
-from mobo_core.messages import MAX_MESSAGE_BYTES, decode, encode, make, message_type, spec_to_message
+from mobo_core.messages import MAX_MESSAGE_BYTES, UNABLE, decode, encode, make, message_type, spec_to_message
 from mobo_core.search.answers import evaluation_fault
 from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
 from mobo_core.search.front import hypervolume, pareto_front
@@ -233,7 +233,8 @@ class Optimizer:
         dispatch = Dispatch(trial, int(evaluation.attempt), evaluation.evaluator)
         fault = evaluation_fault(evaluation, self.settings.spec.n_voxels) if evaluation.status == kinds.OK else ""
         ok = not fault and evaluation.status in (kinds.OK, kinds.REJECTED)
-        verdict = self._dispatcher.answered(dispatch, ok=ok)
+        unable = evaluation.status == kinds.FAILED and evaluation.reason.startswith(UNABLE)
+        verdict = self._dispatcher.answered(dispatch, ok=ok, unable=unable)
         reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
         if verdict is Verdict.ACCEPTED:
             failed = evaluation.status == kinds.REJECTED

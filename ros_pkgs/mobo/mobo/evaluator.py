@@ -51,7 +51,8 @@ class _Evaluator:
         except InputError as error:
             self._node.get_logger().warning(f"candidate ignored: {error}", throttle_duration_sec=1.0)
             return
-        if candidate.evaluator == self._node.get_name():
+        # What comes before the first heartbeat was meant for an earlier node of this name.
+        if candidate.evaluator == self._node.get_name() and self._announced:
             self._pool.submit(candidate)
 
     def _on_trial(self, data: bytes) -> None:

@@ -17,7 +17,7 @@ from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
 from mobo.viewer import BestArm
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.design import DesignSpace
-from mobo_core.errors import MoboError
+from mobo_core.errors import InputError, MoboError
 from mobo_core.evaluation import load_spec
 from mobo_core.messages import encode, message_type
 from mobo_core.search.dispatch import Dispatcher
@@ -69,6 +69,9 @@ def settings_from(values: dict[str, Any], given: set[str]) -> StudySettings:
 def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
     values = declare(node, OPTIMIZER)
     settings = settings_from(values, overrides(node))
+    name = values["study_name"]
+    if not name or not name.isprintable() or "/" in name or name.startswith("."):
+        raise InputError(repr(name), where="parameter study_name", expected="a plain name, such as first")
     folder = Path(values["bag"] or f"bags/{values['study_name']}")
     prefix = node.get_namespace().rstrip("/") + "/"
     log = node.get_logger().info
