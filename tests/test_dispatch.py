@@ -395,7 +395,7 @@ class AnyOrder(RuleBasedStateMachine):
     def judge(self, dispatch: Dispatch, ok: bool) -> None:
         trial = dispatch.trial
         is_open = trial < self.opened and not self.ended[trial]
-        under_lease = is_open and dispatch in leases(self.dispatcher)[trial]
+        failed_before = is_open and dispatch in self.dispatcher._open[trial].failed
         verdict = self.dispatcher.answered(dispatch, ok=ok)
         if not is_open:
             assert verdict is Verdict.LATE
@@ -404,7 +404,7 @@ class AnyOrder(RuleBasedStateMachine):
         elif ok:
             assert verdict is Verdict.ACCEPTED
             self.end(trial)
-        elif not under_lease:
+        elif failed_before:
             assert verdict is Verdict.LATE
         else:
             self.retries[trial] += 1
