@@ -28,12 +28,15 @@ def lane_forward(state, constants):
     raise TypeError("only the compiled modules have it")
 
 
-def table_tips(constants, q, tips):
-    """Write where the tip is at the postures ``q`` (m, n): ``tips`` (12, m), rotation row by row, and position (m)."""
-    m, n = q.shape
+def table_tips(constants, q, low, high, tips):
+    """Write where the tip is at the postures ``low`` to ``high`` - 1 of ``q`` (m, n) into those columns of ``tips``.
+
+    ``tips`` (12, m): rotation row by row, and position in m.
+    """
+    n = q.shape[1]
     state = np.zeros((n + 14) * LANES)
-    for first in range(0, m, LANES):
-        count = min(LANES, m - first)
+    for first in range(low, high, LANES):
+        count = min(LANES, high - first)
         for lane in range(count):
             for k in range(n):
                 state[k * LANES + lane] = q[first + lane, k]

@@ -15,7 +15,7 @@ def run(module: ModuleType, n: int) -> None:
     constants = np.zeros((n + 1, 12))
     samples, tips, poses = np.zeros((1, n)), np.zeros((12, 1)), np.zeros((12, 1))
     unit_samples(0, samples)
-    module.table_tips(constants, samples, tips)
+    module.table_tips(constants, samples, 0, 1, tips)
     cell_first = np.zeros(GRID**3 + 1, np.int64)
     sort_table(tips, np.zeros(3), 1.0, np.zeros(1, np.int64), np.zeros(1, np.int64), cell_first, poses)
     module.evaluate_voxels(
