@@ -28,8 +28,13 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
     Raises:
         StudyError: the xacro macros are missing or broken.
     """
+    offsets = (0.0, *design.lengths)
+    calls = [
+        joint_call(joint, i, repr(offset), repr(length))
+        for i, (joint, offset, length) in enumerate(zip(design.joints, offsets, design.lengths, strict=False), start=1)
+    ]
     try:
-        document = parseString(_source(design, space))
+        document = parseString(arm_source(design.name, space, [*calls, tool_call(len(calls), repr(offsets[-1]))]))
         xacro.process_doc(document)
     except Exception as error:
         raise StudyError(f"xacro of {design.name}: {error}") from error
@@ -37,9 +42,24 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
     return text
 
 
-def _source(design: Design, space: DesignSpace) -> str:
+def joint_call(joint: str, index: int, offset: str, length: str) -> str:
+    """Return the call of the macro of joint number ``index``, from 1; offset and length as xacro reads them."""
+    return f'<xacro:{_MACROS[joint]} index="{index}" parent="{_link(index - 1)}" offset="{offset}" length="{length}"/>'
+
+
+def tool_call(index: int, offset: str) -> str:
+    """Return the call of the macro of the tool at the end of link number ``index``."""
+    return f'<xacro:tool parent="{_link(index)}" offset="{offset}"/>'
+
+
+def _link(index: int) -> str:
+    return f"link_{index}" if index else BASE_LINK
+
+
+def arm_source(name: str, space: DesignSpace, calls: list[str]) -> str:
+    """Return the xacro document that calls these macros, one after the other, on a base."""
     folder: Path = xacro_folder()
-    lines = [f'<robot name="{design.name}" xmlns:xacro="http://www.ros.org/wiki/xacro">']
+    lines = [f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">']
     lines += [
         f"<xacro:include filename={quoteattr(str(folder / f'{name}.xacro'))}/>"
         for name in ("common", *sorted(_MACROS.values()))
@@ -51,13 +71,4 @@ def _source(design: Design, space: DesignSpace) -> str:
         "density": space.link_density,
     }
     lines += [f'<xacro:property name="{name}" value="{value!r}"/>' for name, value in properties.items()]
-    lines.append("<xacro:base/>")
-    parent, offset = BASE_LINK, 0.0
-    for i, (joint, length) in enumerate(zip(design.joints, design.lengths, strict=True), start=1):
-        lines.append(
-            f'<xacro:{_MACROS[joint]} index="{i}" parent="{parent}" offset="{offset!r}" length="{length!r}"/>'
-        )
-        parent, offset = f"link_{i}", length
-    lines.append(f'<xacro:tool parent="{parent}" offset="{offset!r}"/>')
-    lines.append("</robot>")
-    return "\n".join(lines)
+    return "\n".join([*lines, "<xacro:base/>", *calls, "</robot>"])

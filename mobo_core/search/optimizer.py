@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from mobo_core.bag.study_bag import StudyBag
-from mobo_core.design import to_urdf
 from mobo_core.design.description import TIP_LINK
+from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError
 from mobo_core.messages import MAX_MESSAGE_BYTES, UNABLE, decode, encode, make, message_type, spec_to_message
 from mobo_core.search.answers import evaluation_fault
@@ -55,6 +55,7 @@ class Optimizer:
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = log, warn
         self._spec_message = spec_to_message(settings.spec)
+        self._xacro = PreparedXacro(settings.space)
         self._urdfs: dict[int, str] = {}
         self._answers: dict[int, Any] = {}  # trial -> Trial message, waiting for its turn
         self._evaluations: dict[int, Any] = {}  # trial -> accepted Evaluation, likewise
@@ -204,7 +205,7 @@ class Optimizer:
         self.failed += self.study.told[-1].values is None
 
     def _open(self, asked: Asked, sent: set[Dispatch] | None = None) -> None:
-        self._urdfs[asked.number] = to_urdf(asked.design, self.settings.space)
+        self._urdfs[asked.number] = self._xacro.to_urdf(asked.design)
         self._dispatcher.open(asked.number, sent or ())
 
     def _send(self, dispatch: Dispatch) -> None:

@@ -1,0 +1,218 @@
+"""The URDFs of many designs: xacro expands each joint macro once, with its numbers left open.
+
+xacro computes with Python's operators on whatever its macros' parameters are. Here they are open numbers, which
+write down what is done to them, so that the same can be done to floats later: the same operations in the same
+order, hence the same digits. What cannot be left open, such as the sine of a length, is left to xacro each time.
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable
+from typing import Any, NamedTuple
+from xml.dom.minidom import parseString
+
+import xacro
+
+from mobo_core.design.description import arm_source, joint_call, to_urdf, tool_call
+from mobo_core.design.design import Design
+from mobo_core.design.space import DesignSpace
+
+# What stands in a text for an open number: its place on the tape between two private characters.
+_TOKEN = re.compile("\ue000(\\d+)\ue001")
+_CUT = "<mobo_cut/>"
+_NAME = "\ue002"
+# A macro that takes more ways than this through its conditions is not worth preparing.
+_MAX_WAYS = 8
+
+Operation = Callable[[Any, Any], Any]
+
+
+class _Step(NamedTuple):
+    """One thing done to numbers: ``operation`` of two places, kept in ``target`` or, a condition, as ``expected``."""
+
+    operation: Operation
+    a: int
+    b: int
+    target: int
+    expected: bool | None
+
+
+class _Tape:
+    """The numbers met on one way through a macro, by place, and what was done to them."""
+
+    def __init__(self, inputs: tuple[float, ...]) -> None:
+        self.values: list[Any] = list(inputs)
+        self.steps: list[_Step] = []
+
+    def place(self, value: Any) -> int:
+        if isinstance(value, _Open):
+            return value.place
+        self.values.append(value)
+        return len(self.values) - 1
+
+    def number(self, operation: Operation, a: Any, b: Any) -> _Open:
+        i, j = self.place(a), self.place(b)
+        target = self.place(operation(self.values[i], self.values[j]))
+        self.steps.append(_Step(operation, i, j, target, None))
+        return _Open(self, target)
+
+    def condition(self, operation: Operation, a: Any, b: Any) -> bool:
+        i, j = self.place(a), self.place(b)
+        result = bool(operation(self.values[i], self.values[j]))
+        self.steps.append(_Step(operation, i, j, -1, result))
+        return result
+
+    def play(self, inputs: tuple[float, ...]) -> list[Any] | None:
+        """Return the values for other inputs, or None if a condition turns out otherwise."""
+        values = self.values.copy()
+        values[: len(inputs)] = inputs
+        for operation, a, b, target, expected in self.steps:
+            result = operation(values[a], values[b])
+            if expected is None:
+                values[target] = result
+            elif bool(result) is not expected:
+                return None
+        return values
+
+
+class _Open:
+    """A number that writes down on its tape what is done to it; anything but operators is a TypeError."""
+
+    __slots__ = ("place", "tape")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, tape: _Tape, place: int) -> None:
+        self.tape, self.place = tape, place
+
+    def __str__(self) -> str:
+        return f"\ue000{self.place}\ue001"
+
+    __repr__ = __str__
+
+    def __bool__(self) -> bool:
+        return self.tape.condition(lambda a, _: bool(a), self, None)
+
+
+def _define(name: str, *, condition: bool = False) -> None:
+    operation = getattr(operator, f"__{name}__")
+
+    def forward(self: _Open, other: Any) -> Any:
+        if not isinstance(other, (_Open, int, float)):
+            return NotImplemented
+        return (self.tape.condition if condition else self.tape.number)(operation, self, other)
+
+    def backward(self: _Open, other: Any) -> Any:
+        return self.tape.number(operation, other, self) if isinstance(other, (int, float)) else NotImplemented
+
+    setattr(_Open, f"__{name}__", forward)
+    if not condition:
+        setattr(_Open, f"__r{name}__", backward)
+
+
+def _define_unary(name: str) -> None:
+    operation = getattr(operator, f"__{name}__")
+    setattr(_Open, f"__{name}__", lambda self: self.tape.number(lambda a, _: operation(a), self, None))
+
+
+for _name in ("add", "sub", "mul", "truediv", "floordiv", "mod", "pow"):
+    _define(_name)
+for _name in ("lt", "le", "gt", "ge", "eq", "ne"):
+    _define(_name, condition=True)
+for _name in ("neg", "pos", "abs"):
+    _define_unary(_name)
+
+
+class _Way:
+    """One way through a macro's conditions: what stands before, in and after its expansion, and its numbers."""
+
+    def __init__(self, source: Callable[[str], str], call: str, inputs: dict[str, float]) -> None:
+        self._tape = _Tape(tuple(inputs.values()))
+        opened = {name: _Open(self._tape, place) for place, name in enumerate(inputs)}
+        document = parseString(source(call))
+        xacro.process_doc(document, mappings=opened)
+        self.head, block, self.tail = document.toprettyxml(indent="  ").split(f"  {_CUT}\n")
+        parts = _TOKEN.split(block)
+        self._texts, self._places = parts[::2], [int(place) for place in parts[1::2]]
+
+    def fill(self, inputs: tuple[float, ...]) -> str | None:
+        """Return the expansion for these numbers, or None if they lead another way."""
+        values = self._tape.play(inputs)
+        if values is None:
+            return None
+        parts = [self._texts[0]]
+        for place, text in zip(self._places, self._texts[1:], strict=True):
+            parts += (str(values[place]), text)
+        return "".join(parts)
+
+
+class PreparedXacro:
+    """Describes designs of one space, in a tenth of a millisecond or so each.
+
+    Each joint macro is expanded once for every place in the arm. Whenever an arm puts two of the expansions
+    side by side for the first time, all of it is compared with what xacro makes of the whole arm; should that
+    ever differ (macros that are edited may hand on properties to one another, say), xacro is left to do it all.
+
+    Args:
+        space: gives masses, radius and limits.
+    """
+
+    def __init__(self, space: DesignSpace) -> None:
+        self._space = space
+        self._ways: dict[tuple[Any, ...], list[_Way]] = {}
+        self._seen: set[tuple[int, int]] = set()
+        self.plain = False  # whether xacro does it all
+
+    def to_urdf(self, design: Design) -> str:
+        """Return what :func:`mobo_core.design.to_urdf` returns for ``design``, to the byte; errors likewise."""
+        if not self.plain:
+            try:
+                text, ways = self._put_together(design)
+            except Exception:  # whatever a macro does with what is no number
+                self.plain = True
+                return to_urdf(design, self._space)
+            pairs = {(id(a), id(b)) for a, b in zip(ways, ways[1:], strict=False)}
+            if pairs <= self._seen:
+                return text
+            self.plain = text != to_urdf(design, self._space)
+            self._seen |= pairs
+        return to_urdf(design, self._space) if self.plain else text
+
+    def _put_together(self, design: Design) -> tuple[str, list[_Way]]:
+        texts, ways = [], []
+        offset = 0.0
+        for i, (joint, length) in enumerate(zip(design.joints, design.lengths, strict=True), start=1):
+            text, way = self._block((joint, i), {"offset": offset, "length": length})
+            texts.append(text)
+            ways.append(way)
+            offset = length
+        text, way = self._block(("tool", len(design.joints)), {"offset": offset})
+        head = way.head.replace(_NAME, design.name)
+        return "".join((head, *texts, text, way.tail)), [*ways, way]
+
+    def _block(self, key: tuple[str, int], inputs: dict[str, float]) -> tuple[str, _Way]:
+        ways = self._ways.setdefault(key, [])
+        numbers = tuple(inputs.values())
+        for way in ways:
+            text = way.fill(numbers)
+            if text is not None:
+                return text, way
+        if len(ways) == _MAX_WAYS:
+            raise ValueError(f"{key} has more than {_MAX_WAYS} ways")
+        way = self._expand(*key, inputs)
+        ways.append(way)
+        text = way.fill(numbers)
+        assert text is not None
+        return text, way
+
+    def _expand(self, kind: str, index: int, inputs: dict[str, float]) -> _Way:
+        open_offset, open_length = "${xacro.arg('offset')}", "${xacro.arg('length')}"
+
+        def source(call: str) -> str:
+            # The tool is there to end the arm, as in every arm.
+            rest = "" if kind == "tool" else tool_call(index, "0.0")
+            return arm_source(_NAME, self._space, [_CUT, call, _CUT, rest])
+
+        call = tool_call(index, open_offset) if kind == "tool" else joint_call(kind, index, open_offset, open_length)
+        return _Way(source, call, inputs)
