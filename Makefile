@@ -3,6 +3,7 @@
 PYTHON ?= python3
 TRIALS ?= 300
 PYTEST_ARGS ?= -n 2 --dist loadfile
+FAULTS_ARGS ?=
 # empty: setup does not compile the kernel
 WARM ?= 1
 
@@ -12,11 +13,11 @@ export PYTHON TRIALS WARM
 # Tests stay on this machine, and leave nothing in /dev/shm when they kill a node.
 TEST_ENV := ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST FASTDDS_BUILTIN_TRANSPORTS=UDPv4
 
-.PHONY: help setup test demo lint build clean
+.PHONY: help setup test test-faults demo lint build clean
 
 help: ## show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "make %-7s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
-	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-k name' the tests."
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-k name' the tests, FAULTS_ARGS likewise."
 
 setup: ## make .venv/ and install/, or what of them is out of date
 	@.ci/setup.sh
@@ -24,6 +25,9 @@ setup: ## make .venv/ and install/, or what of them is out of date
 test: setup ## setup, then ruff, mypy and all tests
 	@$(MAKE) --no-print-directory lint
 	@$(TEST_ENV) .ci/in-env pytest $(PYTEST_ARGS)
+
+test-faults: setup ## setup, then the long tests of faults, up to half an hour; says what it lacks (root, iptables, …)
+	@$(TEST_ENV) .ci/in-env pytest -v $(FAULTS_ARGS) tests/faults
 
 demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, and a report of it
 	@.ci/demo.sh
