@@ -6,12 +6,13 @@ import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
-from mobo_core.errors import InputError
+from mobo_core.errors import InputError, StudyError
 from mobo_core.messages import schema
 
 METADATA_FILE = "metadata.yaml"
@@ -54,6 +55,33 @@ def qos_profile(*, latched: bool = False, depth: int = 1000) -> dict[str, Any]:
     }
 
 
+class Channel(NamedTuple):
+    """A topic as a bag describes it: what is needed to read its messages without us.
+
+    Attributes:
+        topic: full name, such as ``/candidates``.
+        type_name: such as ``mobo_msgs/msg/Candidate``.
+        encoding: of the definition, ``ros2msg``.
+        definition: of the message type and all it is made of.
+        metadata: (name, value) pairs: quality of service, hash of the type.
+    """
+
+    topic: str
+    type_name: str
+    encoding: str
+    definition: bytes
+    metadata: tuple[tuple[str, str], ...]
+
+
+@cache
+def channel_of(topic: str, kind: str) -> Channel:
+    """Return the channel of a topic (full name) that carries one of mobo's messages."""
+    described = schema(kind)
+    qos = yaml.safe_dump([qos_profile(latched=kind == "StudyStatus")], sort_keys=False)
+    metadata = (("offered_qos_profiles", qos), ("topic_type_hash", described.type_hash))
+    return Channel(topic, described.name, "ros2msg", described.definition.encode(), metadata)
+
+
 @dataclass
 class FileSummary:
     """What metadata.yaml says of one file.
@@ -61,20 +89,20 @@ class FileSummary:
     Attributes:
         name: file name within the folder.
         first_ns, last_ns: times of the first and last message, ns since the epoch.
-        counts: topic -> (message kind, number of messages).
+        counts: topic -> (its channel, number of messages).
     """
 
     name: str
     first_ns: int = 0
     last_ns: int = 0
-    counts: dict[str, tuple[str, int]] = field(default_factory=dict)
+    counts: dict[str, tuple[Channel, int]] = field(default_factory=dict)
 
-    def add(self, topic: str, kind: str, time_ns: int) -> None:
+    def add(self, channel: Channel, time_ns: int) -> None:
         """Count a message."""
         if not self.n_messages:
             self.first_ns = time_ns
         self.first_ns, self.last_ns = min(self.first_ns, time_ns), max(self.last_ns, time_ns)
-        self.counts[topic] = (kind, self.counts.get(topic, (kind, 0))[1] + 1)
+        self.counts[channel.topic] = (channel, self.counts.get(channel.topic, (channel, 0))[1] + 1)
 
     @property
     def n_messages(self) -> int:
@@ -83,22 +111,26 @@ class FileSummary:
 
 
 def write_metadata(folder: Path, summaries: Iterable[FileSummary], custom: dict[str, str]) -> None:
-    """Write metadata.yaml (version 9, as rosbag2 of Jazzy) in one piece."""
+    """Write metadata.yaml (version 9, as rosbag2 of Jazzy) in one piece.
+
+    Raises:
+        StudyError: it cannot be written; an older one is left as it was.
+    """
     files = list(summaries)
     filled = [file for file in files if file.n_messages]
     start = min((file.first_ns for file in filled), default=0)
     end = max((file.last_ns for file in filled), default=0)
-    topics: dict[str, tuple[str, int]] = {}
+    topics: dict[str, tuple[Channel, int]] = {}
     for file in files:
-        for topic, (kind, count) in file.counts.items():
-            topics[topic] = (kind, count + topics.get(topic, (kind, 0))[1])
+        for topic, (channel, count) in file.counts.items():
+            topics[topic] = (channel, count + topics.get(topic, (channel, 0))[1])
     information = {
         "version": 9,
         "storage_identifier": "mcap",
         "duration": {"nanoseconds": end - start},
         "starting_time": {"nanoseconds_since_epoch": start},
         "message_count": sum(count for _, count in topics.values()),
-        "topics_with_message_count": [_topic(name, *topics[name]) for name in sorted(topics)],
+        "topics_with_message_count": [_topic(*topics[name]) for name in sorted(topics)],
         "compression_format": "",
         "compression_mode": "",
         "relative_file_paths": [file.name for file in files],
@@ -116,19 +148,25 @@ def write_metadata(folder: Path, summaries: Iterable[FileSummary], custom: dict[
     }
     text = yaml.safe_dump({"rosbag2_bagfile_information": information}, sort_keys=False)
     part = folder / (METADATA_FILE + ".part")
-    part.write_text(text, encoding="utf-8")
-    os.replace(part, folder / METADATA_FILE)
+    try:
+        try:
+            part.write_text(text, encoding="utf-8")
+            os.replace(part, folder / METADATA_FILE)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as error:
+        raise StudyError(f"{folder / METADATA_FILE}: cannot be written ({error.strerror or error})") from None
 
 
-def _topic(name: str, kind: str, count: int) -> dict[str, Any]:
-    described = schema(kind)
+def _topic(channel: Channel, count: int) -> dict[str, Any]:
+    metadata = dict(channel.metadata)
     return {
         "topic_metadata": {
-            "name": name,
-            "type": described.name,
+            "name": channel.topic,
+            "type": channel.type_name,
             "serialization_format": "cdr",
-            "offered_qos_profiles": [qos_profile(latched=kind == "StudyStatus")],
-            "type_description_hash": described.type_hash,
+            "offered_qos_profiles": yaml.safe_load(metadata.get("offered_qos_profiles", "")) or [],
+            "type_description_hash": metadata.get("topic_type_hash", ""),
         },
         "message_count": count,
     }

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import IO, Any, NamedTuple
 
-from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Channel, Footer, Header, Message, Metadata, Schema
-from mcap.stream_reader import CRCValidationError, StreamReader
+import zstandard
+from mcap import records
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import MCAP0_MAGIC
 
-from mobo_core.bag.files import FileSummary, bag_files
+from mobo_core.bag.files import Channel, FileSummary, bag_files
 from mobo_core.bag.writer import STUDY_RECORD
 from mobo_core.errors import InputError
 
 _MAX_RECORD_BYTES = 256_000_000
-# The end of an MCAP file: opcode, length, two offsets, their CRC; the CRC and the magic bytes.
-_FOOTER_BYTES, _AFTER_CRC_BYTES = 1 + 8 + 8 + 8 + 4 + 8, 4 + 8
+# A record begins with its opcode and its length. The file ends with the footer's record (two offsets and
+# their CRC) and the magic bytes.
+_HEAD = struct.Struct("<BQ")
+_FOOTER_BYTES, _AFTER_CRC_BYTES = _HEAD.size + 8 + 8 + 4 + 8, 4 + 8
 
 
 class Entry(NamedTuple):
@@ -29,12 +35,14 @@ class Entry(NamedTuple):
         kind: of the message, such as ``Candidate``; the full type name if it is not one of mobo's.
         time_ns: when it was recorded, ns since the epoch.
         data: CDR bytes.
+        channel: how the bag describes the topic.
     """
 
     topic: str
     kind: str
     time_ns: int
     data: bytes
+    channel: Channel
 
 
 @dataclass
@@ -43,76 +51,132 @@ class FileContent:
 
     Attributes:
         path: the file.
-        entries: its whole messages.
+        entries: its whole messages, if they were kept.
+        summary: times and counts of its whole messages.
         record: the metadata record ``mobo``.
         finished: whether it ends as an MCAP file should.
         fault: what is wrong with it, or "".
         cut_off: whether the fault is no more than a missing end.
+        whole_bytes: how far it can be read.
     """
 
     path: Path
     entries: list[Entry] = field(default_factory=list)
+    summary: FileSummary = field(init=False)
     record: dict[str, str] = field(default_factory=dict)
     finished: bool = False
     fault: str = ""
     cut_off: bool = False
+    whole_bytes: int = 0
 
-    def summary(self) -> FileSummary:
-        """Return what metadata.yaml says of the file."""
-        summary = FileSummary(self.path.name)
-        for entry in self.entries:
-            summary.add(entry.topic, entry.kind, entry.time_ns)
-        return summary
+    def __post_init__(self) -> None:
+        self.summary = FileSummary(self.path.name)
 
 
-def read_file(path: Path) -> FileContent:
-    """Read one MCAP file: every whole message before its end or its first damage.
+class _DamageError(Exception):
+    """What the file holds cannot be."""
+
+
+def stream(content: FileContent) -> Iterator[Entry]:
+    """Yield every whole message of a file before its end or its first damage; fill in ``content`` meanwhile.
 
     Raises:
         InputError: not an MCAP file, or not readable at all.
     """
-    content = FileContent(path)
     try:
-        with path.open("rb") as stream:
-            _read(stream, content)
+        with content.path.open("rb") as file:
+            magic = file.read(len(MCAP0_MAGIC))
+            if not MCAP0_MAGIC.startswith(magic):
+                raise InputError("not an MCAP file", where=str(content.path), expected="a bag")
+            file.seek(0)
+            try:
+                for entry in _entries(file, content):
+                    content.summary.add(entry.channel, entry.time_ns)
+                    yield entry
+            except InputError:
+                raise
+            except Exception as error:  # damage shows as whatever the parser meets
+                _blame(content, error)
     except OSError as error:
-        raise InputError(error.strerror or str(error), where=str(path), expected="a readable file") from None
-    return content
+        raise InputError(error.strerror or str(error), where=str(content.path), expected="a readable file") from None
 
 
-def _read(stream: object, content: FileContent) -> None:
-    names: dict[int, str] = {}
-    channels: dict[int, tuple[str, str]] = {}
-    started = False
-    reader = StreamReader(stream, validate_crcs=True, record_size_limit=_MAX_RECORD_BYTES)  # type: ignore[arg-type]
-    try:
-        for record in reader.records:
-            started = True
-            if isinstance(record, Schema):
-                names[record.id] = record.name.removeprefix("mobo_msgs/msg/")
-            elif isinstance(record, Channel):
-                channels[record.id] = (record.topic, names.get(record.schema_id, ""))
-            elif isinstance(record, Message):
-                topic, kind = channels[record.channel_id]
-                content.entries.append(Entry(topic, kind, record.log_time, record.data))
-            elif isinstance(record, Metadata) and record.name == STUDY_RECORD:
+def _entries(file: IO[bytes], content: FileContent) -> Iterator[Entry]:
+    schemas: dict[int, records.Schema] = {}
+    channels: dict[int, tuple[str, Channel]] = {}
+    reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=_MAX_RECORD_BYTES)
+    for outer in reader.records:
+        for record in _opened(outer):
+            if isinstance(record, records.Schema):
+                schemas[record.id] = record
+            elif isinstance(record, records.Channel):
+                channels[record.id] = _channel(record, schemas.get(record.schema_id))
+            elif isinstance(record, records.Message):
+                kind, channel = channels[record.channel_id]
+                yield Entry(channel.topic, kind, record.log_time, record.data, channel)
+            elif isinstance(record, records.Metadata) and record.name == STUDY_RECORD:
                 content.record = dict(record.metadata)
-            elif isinstance(record, Footer):
-                _check_summary(content.path, record)
-                content.finished = True
-            elif isinstance(record, Header) and record.profile not in ("ros2", ""):
+            elif isinstance(record, records.Header) and record.profile not in ("ros2", ""):
                 raise InputError(f"profile {record.profile!r}", where=str(content.path), expected="a ROS 2 bag")
-    except InputError:
-        raise
-    except Exception as error:  # damage shows as whatever the parser meets
-        # Nothing at all: its writer was killed between making the file and the first flush.
-        if not started and content.path.stat().st_size:
-            raise InputError("not an MCAP file", where=str(content.path), expected="a bag") from None
-        # The magic bytes after the footer are missing if nothing but the end is.
-        content.cut_off = isinstance(error, EndOfFile)
-        content.finished = False
-        detail = str(error) if isinstance(error, McapError) and str(error) else type(error).__name__
-        content.fault = "cut off" if content.cut_off else f"damaged ({detail:.100})"
+        content.whole_bytes = file.tell()
+    _check_summary(file, outer)  # the last one is the footer
+    content.finished = True
+
+
+def _opened(record: Any) -> Iterable[Any]:
+    """Return the records in a chunk, whose sizes and CRC are checked first; or the record itself."""
+    if not isinstance(record, records.Chunk):
+        return (record,)
+    if record.uncompressed_size > _MAX_RECORD_BYTES:
+        raise _DamageError(f"a chunk of {record.uncompressed_size} bytes")
+    # Else the size in the frame's own header would be believed.
+    if record.compression == "zstd" and (
+        zstandard.get_frame_parameters(record.data).content_size != record.uncompressed_size
+    ):
+        raise _DamageError("sizes of a chunk differ")
+    return breakup_chunk(record, validate_crc=True)
+
+
+def _channel(record: records.Channel, schema: records.Schema | None) -> tuple[str, Channel]:
+    name, encoding, definition = (schema.name, schema.encoding, schema.data) if schema else ("", "", b"")
+    metadata = tuple(sorted(record.metadata.items()))
+    return name.removeprefix("mobo_msgs/msg/"), Channel(record.topic, name, encoding, definition, metadata)
+
+
+def _blame(content: FileContent, error: Exception) -> None:
+    """Say whether the file just ends too early or is damaged."""
+    content.finished = False
+    size = content.path.stat().st_size
+    with content.path.open("rb") as file:
+        # What follows the last whole record; the magic bytes stand before the first one and after the last one.
+        file.seek(max(content.whole_bytes, len(MCAP0_MAGIC) if size >= len(MCAP0_MAGIC) else 0))
+        start, head = file.tell(), file.read(_HEAD.size)
+        file.seek(max(0, size - len(MCAP0_MAGIC)))
+        ended = size > len(MCAP0_MAGIC) and file.read() == MCAP0_MAGIC
+    ends = start + _HEAD.size + _HEAD.unpack(head)[1] if len(head) == _HEAD.size else size + 1
+    last = len(head) == _HEAD.size and head[0] == Opcode.FOOTER
+    content.cut_off = not ended and ends + len(MCAP0_MAGIC) * last > size
+    detail = str(error) if isinstance(error, McapError | _DamageError) and str(error) else type(error).__name__
+    content.fault = "cut off" if content.cut_off else f"damaged after byte {content.whole_bytes} ({detail:.100})"
+
+
+def _check_summary(file: IO[bytes], footer: Any) -> None:
+    """Raise if the index behind the messages is damaged, which the stream reader passes over."""
+    here = file.tell()
+    if file.read(1):
+        raise _DamageError("bytes after its end")
+    if footer.summary_crc:
+        file.seek(footer.summary_start or here - _FOOTER_BYTES)
+        data = file.read(max(0, here - _AFTER_CRC_BYTES - file.tell()))
+        if zlib.crc32(data) != footer.summary_crc:
+            raise _DamageError("CRC of the index differs")
+
+
+def read_file(path: Path) -> FileContent:
+    """Read one MCAP file: every whole message before its end or its first damage; errors as :func:`stream`."""
+    content = FileContent(path)
+    content.entries.extend(stream(content))
+    return content
 
 
 def read_bag(folder: Path | str) -> list[FileContent]:
@@ -124,13 +188,14 @@ def read_bag(folder: Path | str) -> list[FileContent]:
     return [read_file(path) for path in bag_files(folder)]
 
 
-def _check_summary(path: Path, footer: Footer) -> None:
-    """Raise CRCValidationError if the index behind the messages is damaged, which the stream reader passes over."""
-    if not footer.summary_crc:
-        return
-    data = path.read_bytes()[footer.summary_start or -_FOOTER_BYTES : -_AFTER_CRC_BYTES]
-    if zlib.crc32(data) != footer.summary_crc:
-        raise CRCValidationError(footer.summary_crc, zlib.crc32(data), footer)
+def read_record(folder: Path | str) -> dict[str, str]:
+    """Return the study's record of a bag, reading no further than to it; errors as :func:`read_bag`."""
+    for path in bag_files(folder):
+        content = FileContent(path)
+        next(stream(content), None)  # it stands before the first message
+        if content.record:
+            return content.record
+    return {}
 
 
 def first_record(contents: list[FileContent]) -> dict[str, str]:

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from mobo_core import __version__
-from mobo_core.bag.reader import FileContent, entries, first_record, read_bag
+from mobo_core.bag.files import bag_files
+from mobo_core.bag.reader import Entry, FileContent, entries, first_record, read_bag, read_record, stream
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -87,6 +88,7 @@ class StudyRecord:
         repeated: numbers of trials that were told more than once.
         denied: numbers of trials told as failed after a good answer had come.
         contents: the files.
+        best: Evaluation and URDF of the trial of the highest reach; of :func:`past_study` only.
     """
 
     path: Path
@@ -101,6 +103,7 @@ class StudyRecord:
     repeated: list[int] = field(default_factory=list)
     denied: set[int] = field(default_factory=set)
     contents: list[FileContent] = field(default_factory=list)
+    best: tuple[Any, str] | None = None
 
     @property
     def faults(self) -> list[str]:
@@ -154,31 +157,83 @@ def study_from(contents: list[FileContent], path: Path) -> StudyRecord:
     """Return the study that the contents of a bag's files tell of; errors as :func:`read_study`."""
     first = first_record(contents)
     study = StudyRecord(path, first.get("study", ""), settings_of(first, str(path)), first, contents=contents)
-    lists = {
-        "Candidate": study.candidates,
-        "Evaluation": study.evaluations,
-        "Command": study.commands,
-        "EvaluatorStatus": study.evaluators,
-    }
-    sent: set[tuple[int, int, str]] = set()
-    answered: set[int] = set()
+    collector = Collector(study)
     for entry in entries(contents):
-        if entry.kind not in (*lists, "Trial"):
-            continue
-        message = decode(entry.kind, entry.data)
-        if entry.kind in lists:
-            lists[entry.kind].append(message)
-        if entry.kind in ("Candidate", "Evaluation"):
-            key = (int(message.trial), int(message.attempt), message.evaluator)
-            if entry.kind == "Candidate":
-                sent.add(key)
-            elif key in sent and is_good(message, study.settings.spec.n_voxels):
-                answered.add(key[0])
-        elif entry.kind == "Trial":
-            number = int(message.trial)
-            if number in study.trials:
-                study.repeated.append(number)
-            study.trials.setdefault(number, message)
-            if message.state != message_type("Trial").COMPLETE and number in answered:
-                study.denied.add(number)
+        collector.add(entry)
     return study
+
+
+def past_study(path: Path) -> StudyRecord:
+    """Read of a bag what a study needs to go on, a message at a time; errors as :func:`read_study`.
+
+    Candidates come without URDF and spec, and evaluations of trials that were told are left out, but for the
+    best one (:attr:`StudyRecord.best`).
+    """
+    first = read_record(path)
+    study = StudyRecord(path, first.get("study", ""), settings_of(first, str(path)), first)
+    collector = Collector(study, lean=True)
+    for file in bag_files(path):
+        study.contents.append(FileContent(file))
+        for entry in stream(study.contents[-1]):
+            collector.add(entry)
+    return study
+
+
+class Collector:
+    """Sorts the messages of a bag, as they come, into a StudyRecord; ``lean``: as :func:`past_study` says."""
+
+    def __init__(self, study: StudyRecord, *, lean: bool = False) -> None:
+        self._study, self._lean = study, lean
+        self._lists = {
+            "Candidate": study.candidates,
+            "Evaluation": study.evaluations,
+            "Command": study.commands,
+            "EvaluatorStatus": study.evaluators,
+        }
+        self._complete = message_type("Trial").COMPLETE
+        self._sent: dict[int, set[tuple[int, str]]] = {}  # of the trials not told
+        self._answered: set[int] = set()
+        self._urdfs: dict[int, str] = {}
+
+    def add(self, entry: Entry) -> None:
+        """Take the next message."""
+        if entry.kind not in self._lists and entry.kind != "Trial":
+            return
+        message = decode(entry.kind, entry.data)
+        if entry.kind == "Trial":
+            self._add_trial(message)
+            return
+        if entry.kind in ("Candidate", "Evaluation"):
+            trial, key = int(message.trial), (int(message.attempt), message.evaluator)
+            if entry.kind == "Candidate":
+                self._sent.setdefault(trial, set()).add(key)
+            elif key in self._sent.get(trial, ()) and is_good(message, self._study.settings.spec.n_voxels):
+                self._answered.add(trial)
+            if self._lean:
+                if entry.kind == "Candidate":
+                    self._urdfs.setdefault(trial, message.urdf)
+                    message.urdf, message.spec = "", None
+                elif trial in self._study.trials:
+                    return
+        self._lists[entry.kind].append(message)
+
+    def _add_trial(self, trial: Any) -> None:
+        study, number = self._study, int(trial.trial)
+        if number in study.trials:
+            study.repeated.append(number)
+        study.trials.setdefault(number, trial)
+        if trial.state != self._complete and number in self._answered:
+            study.denied.add(number)
+        if not self._lean:
+            return
+        self._sent.pop(number, None)
+        self._answered.discard(number)
+        urdf = self._urdfs.pop(number, "")
+        told = [evaluation for evaluation in study.evaluations if evaluation.trial == number]
+        if told:
+            study.evaluations[:] = [evaluation for evaluation in study.evaluations if evaluation.trial != number]
+        if trial.state == self._complete and (study.best is None or trial.reach > study.best[0].reach):
+            key = int(trial.attempt), trial.evaluator
+            n_voxels = study.settings.spec.n_voxels
+            good = [e for e in told if (int(e.attempt), e.evaluator) == key and is_good(e, n_voxels)]
+            study.best = (good[0], urdf) if good else study.best

@@ -5,28 +5,44 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from mobo_core.bag.files import write_metadata
-from mobo_core.bag.reader import FileContent, first_record, read_bag, read_file
-from mobo_core.bag.writer import McapFile, custom_data
+from mobo_core.bag.files import bag_files, write_metadata
+from mobo_core.bag.reader import FileContent, first_record, stream
+from mobo_core.bag.writer import CHUNK_BYTES, McapFile, custom_data
 
 
 def recover_file(content: FileContent, record: dict[str, str]) -> FileContent:
     """Rewrite a file that does not end properly with all of its whole messages; return the new content.
 
     ``record`` is the study's, for a file that was cut off before its own. The new file takes the place of
-    the old one in one step. A file damaged in its middle, not just cut off, is kept beside it as ``….damaged``.
+    the old one in one step. A file damaged in its middle, not just cut off, is kept beside it as ``….damaged``,
+    and so is one of whose end more is missing than a killed writer leaves.
+
+    Raises:
+        StudyError: no room; the old file is as it was.
     """
     path = content.path
     part = path.with_suffix(".recovering")
     part.unlink(missing_ok=True)
-    whole = McapFile(part, content.record or record)
-    for entry in content.entries:
-        whole.write(entry.topic, entry.kind, entry.data, entry.time_ns)
-    whole.finish()
-    if not content.cut_off:
-        os.link(path, _unused(path.with_suffix(".mcap.damaged")))
-    os.replace(part, path)
-    return read_file(path)
+    whole = McapFile(part, content.record or record, CHUNK_BYTES)
+    try:
+        for entry in stream(FileContent(path)):
+            whole.copy(entry.channel, entry.data, entry.time_ns)
+        whole.finish()
+        if not content.cut_off or path.stat().st_size - content.whole_bytes > CHUNK_BYTES:
+            os.link(path, _unused(path.with_suffix(".mcap.damaged")))
+        os.replace(part, path)
+    except BaseException:
+        whole.abandon()
+        raise
+    return read_through(path)
+
+
+def read_through(path: Path) -> FileContent:
+    """Read a file to its end and keep no message."""
+    content = FileContent(path)
+    for _ in stream(content):
+        pass
+    return content
 
 
 def recover_bag(folder: Path) -> list[tuple[FileContent, FileContent]]:
@@ -36,7 +52,7 @@ def recover_bag(folder: Path) -> list[tuple[FileContent, FileContent]]:
         InputError: no bag.
         StudyError: no room.
     """
-    contents = read_bag(folder)
+    contents = [read_through(path) for path in bag_files(folder)]
     mended = []
     for i, content in enumerate(contents):
         if not content.finished:
@@ -49,7 +65,7 @@ def recover_bag(folder: Path) -> list[tuple[FileContent, FileContent]]:
 def finish_bag(folder: Path, contents: list[FileContent]) -> None:
     """Write metadata.yaml for files that are whole."""
     if folder.is_dir():
-        write_metadata(folder, [content.summary() for content in contents], custom_data(first_record(contents)))
+        write_metadata(folder, [content.summary for content in contents], custom_data(first_record(contents)))
 
 
 def _unused(path: Path) -> Path:

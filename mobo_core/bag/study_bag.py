@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 from pathlib import Path
 from typing import Any
 
-from mobo_core.bag.files import write_metadata
+from mobo_core.bag.files import FileSummary, write_metadata
 from mobo_core.bag.lock import LOCK_FILE, BagLock
-from mobo_core.bag.reader import FileContent, first_record, read_bag
-from mobo_core.bag.record import StudyRecord, settings_of, study_from, study_record
+from mobo_core.bag.reader import read_record
+from mobo_core.bag.record import StudyRecord, past_study, settings_of, study_record
 from mobo_core.bag.recover import recover_file
 from mobo_core.bag.writer import McapFile, custom_data, next_file
 from mobo_core.errors import InputError
 from mobo_core.messages import encode
 from mobo_core.search.study import StudySettings
+
+# The index of a file is held in memory until the file is finished: at most some 8 MB of it.
+_MAX_CHUNKS = 20_000
 
 
 class StudyBag:
@@ -30,7 +34,8 @@ class StudyBag:
 
     Raises:
         InputError: the bag exists and ``resume`` is false; it is of another study or other settings; it is no
-            bag, or no folder that can be written; or another optimizer writes to it. Nothing is changed then.
+            bag, or no folder that can be written. Nothing is changed then.
+        InUseError: another optimizer writes to it.
     """
 
     def __init__(
@@ -44,23 +49,22 @@ class StudyBag:
         prefix: str = "/",
     ) -> None:
         self.folder, self.name, self._prefix = folder, name, prefix
-        self.past: StudyRecord | None = None
-        self._contents: list[FileContent] = []
+        self._files: list[FileSummary] = []  # those that are whole
         self._file: McapFile | None = None
         self._record = study_record(name, settings)
         self._check(resume, settings)
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            self._lock = BagLock(folder, node)
+            self._lock: BagLock | None = BagLock(folder, node, make=True)
         except OSError as error:
             expected = "a folder that can be made and written to"
             raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
         try:
-            if self._check(resume, settings):  # again: another optimizer may have been faster
-                self._continue()
+            # Again: another optimizer may have been faster.
+            self._past = self._check(resume, settings)
         except BaseException:
             self._lock.release()
             raise
+        self._new = not self._past
 
     def _check(self, resume: bool, settings: StudySettings) -> bool:
         """Return whether the bag exists; raise InputError if it may not be written to."""
@@ -73,14 +77,26 @@ class StudyBag:
             expected = "resume:=true, or the name of a new bag"
             raise InputError("exists already", where=str(self.folder), expected=expected)
         if existing:
-            _same_study(first_record(read_bag(self.folder)), self.name, settings, str(self.folder))
+            _same_study(read_record(self.folder), self.name, settings, str(self.folder))
         return existing
 
-    def _continue(self) -> None:
-        self._contents = [
-            content if content.finished else recover_file(content, self._record) for content in read_bag(self.folder)
-        ]
-        self.past = study_from(self._contents, self.folder)
+    def take_past(self) -> StudyRecord | None:
+        """Return what the bag holds of the study, as :func:`past_study` does, at the first call; else None.
+
+        Files whose writer was killed are made whole.
+
+        Raises:
+            InputError: a file of the bag cannot be read.
+            StudyError: no room to make a file whole; it is as it was.
+        """
+        if not self._past:
+            return None
+        self._past = False
+        past = past_study(self.folder)
+        for content in past.contents:
+            whole = content if content.finished else recover_file(content, self._record)
+            self._files.append(whole.summary)
+        return past
 
     @property
     def recording(self) -> bool:
@@ -95,25 +111,33 @@ class StudyBag:
 
     def append_raw(self, topic: str, kind: str, data: bytes) -> None:
         """Append CDR bytes as they came."""
+        if self._file is not None and self._file.n_chunks >= _MAX_CHUNKS:
+            self._file.finish()
+            self._files.append(self._file.summary)
+            self._file = None
         if self._file is None:
             self._file = McapFile(next_file(self.folder), self._record)
         self._file.write(self._prefix + topic, kind, data)
 
     def close(self) -> None:
-        """Finish the file, write metadata.yaml, release the lock. May be called twice."""
+        """Finish the file, write metadata.yaml, release the lock. May be called twice.
+
+        Raises:
+            StudyError: no room for it; all that was appended stays.
+        """
         if self._lock is None:
             return
-        lock, self._lock = self._lock, None  # type: ignore[assignment]
+        lock, self._lock = self._lock, None
         try:
-            summaries = [content.summary() for content in self._contents]
             if self._file is not None:
+                self._files.append(self._file.summary)
                 self._file.finish()
-                summaries.append(self._file.summary)
-            if summaries:
-                write_metadata(self.folder, summaries, custom_data(self._record))
-            else:
-                (self.folder / LOCK_FILE).unlink(missing_ok=True)
-                os.rmdir(self.folder)  # nothing was recorded: leave nothing behind
+            if self._files:
+                write_metadata(self.folder, self._files, custom_data(self._record))
+            elif self._new:
+                with contextlib.suppress(OSError):
+                    (self.folder / LOCK_FILE).unlink(missing_ok=True)
+                    os.rmdir(self.folder)  # nothing was recorded: leave nothing behind
         finally:
             lock.release()
 

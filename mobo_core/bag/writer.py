@@ -2,91 +2,163 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 from pathlib import Path
 from typing import Any
 
-import yaml
 from mcap.writer import CompressionType, Writer
 
 from mobo_core import __version__
-from mobo_core.bag.files import FileSummary, bag_files, qos_profile
+from mobo_core.bag.files import Channel, FileSummary, bag_files, channel_of
 from mobo_core.errors import StudyError
-from mobo_core.messages import schema
 
 STUDY_RECORD = "mobo"
+
+# Of a file written in one go. Larger ones compress no better.
+CHUNK_BYTES = 1_000_000
 
 
 class McapFile:
     """One new MCAP file, written the way rosbag2 writes it.
 
-    Every message is a flushed chunk: what :meth:`write` returned from survives SIGKILL.
+    Every message is a flushed chunk: what :meth:`write` returned from survives SIGKILL. A write that fails
+    is cut back, so that the file ends with its last whole chunk; nothing can be written to it after that.
 
     Args:
         path: a file that does not exist yet.
         record: the metadata record named ``mobo``: what the study is.
+        chunk_bytes: let chunks grow to so many bytes; 0: a chunk for each message.
+
+    Attributes:
+        path: the file.
+        summary: what was written.
 
     Raises:
         StudyError: the file cannot be made or written to (no room, read-only, …).
     """
 
-    def __init__(self, path: Path, record: dict[str, str]) -> None:
+    def __init__(self, path: Path, record: dict[str, str], chunk_bytes: int = 0) -> None:
         self.path, self.summary = path, FileSummary(path.name)
-        self._channels: dict[str, int] = {}
-        self._schemas: dict[str, int] = {}
-        self._sequence = 0
+        self._channels: dict[Channel, int] = {}
+        self._schemas: dict[tuple[str, bytes], int] = {}
+        self._chunk_bytes, self._failed = chunk_bytes, False
         try:
-            self._stream = path.open("xb")
-            self._writer = Writer(self._stream, compression=CompressionType.ZSTD, enable_data_crcs=True)
+            self._stream = _WholePieces(path)
+        except OSError as error:
+            raise self._error(error) from None
+        self._writer = Writer(
+            self._stream,  # type: ignore[arg-type]
+            chunk_size=chunk_bytes or CHUNK_BYTES,
+            compression=CompressionType.ZSTD,
+            enable_data_crcs=True,
+        )
+        try:
             self._writer.start(profile="ros2", library=f"mobo {__version__}")
             self._writer.add_metadata(STUDY_RECORD, record)
             self._writer.flush()
         except OSError as error:
-            raise self._failed(error) from None
+            self._stream.close()
+            path.unlink(missing_ok=True)
+            raise self._error(error) from None
+
+    @property
+    def n_chunks(self) -> int:
+        """How many chunks the index holds: about 400 bytes of memory each."""
+        return self._stream.flushes
 
     def write(self, topic: str, kind: str, data: bytes, time_ns: int | None = None) -> None:
-        """Append a message (CDR bytes) and flush."""
-        now = time.time_ns() if time_ns is None else time_ns
+        """Append one of mobo's messages (CDR bytes) to a topic (full name)."""
+        self.copy(channel_of(topic, kind), data, time.time_ns() if time_ns is None else time_ns)
+
+    def copy(self, channel: Channel, data: bytes, time_ns: int) -> None:
+        """Append a message of any type as another bag describes it."""
+        if self._failed:
+            raise StudyError(f"{self.path}: a write to it failed before")
         try:
-            if topic not in self._channels:
-                self._channels[topic] = self._register(topic, kind)
+            if channel not in self._channels:
+                self._channels[channel] = self._register(channel)
             self._writer.add_message(
-                channel_id=self._channels[topic], log_time=now, publish_time=now, data=data, sequence=self._sequence
+                channel_id=self._channels[channel],
+                log_time=time_ns,
+                publish_time=time_ns,
+                data=data,
+                sequence=self.summary.n_messages,
             )
-            self._writer.flush()
+            if not self._chunk_bytes or self._stream.pending:
+                self._writer.flush()
         except OSError as error:
-            raise self._failed(error) from None
-        self._sequence += 1
-        self.summary.add(topic, kind, now)
+            raise self._error(error) from None
+        self.summary.add(channel, time_ns)
 
     def finish(self) -> None:
-        """Write index and footer, and close."""
+        """Write index and footer, and close. A file that a write to failed stays without."""
         try:
-            self._writer.finish()
-            self._stream.flush()
-            os.fsync(self._stream.fileno())
+            if not self._failed:
+                self._writer.finish()
+                self._stream.flush()
+                self._stream.sync()
         except OSError as error:
-            raise self._failed(error) from None
+            raise self._error(error) from None
         finally:
             self._stream.close()
 
-    def _register(self, topic: str, kind: str) -> int:
-        described = schema(kind)
-        if kind not in self._schemas:
-            self._schemas[kind] = self._writer.register_schema(
-                described.name, "ros2msg", described.definition.encode()
-            )
-        qos = yaml.safe_dump([qos_profile(latched=kind == "StudyStatus")], sort_keys=False)
-        return self._writer.register_channel(
-            topic,
-            "cdr",
-            self._schemas[kind],
-            {"offered_qos_profiles": qos, "topic_type_hash": described.type_hash},
-        )
+    def abandon(self) -> None:
+        """Close and remove the file."""
+        self._stream.close()
+        self.path.unlink(missing_ok=True)
 
-    def _failed(self, error: OSError) -> StudyError:
+    def _register(self, channel: Channel) -> int:
+        key = channel.type_name, channel.definition
+        if key not in self._schemas:
+            self._schemas[key] = self._writer.register_schema(channel.type_name, channel.encoding, channel.definition)
+        return self._writer.register_channel(channel.topic, "cdr", self._schemas[key], dict(channel.metadata))
+
+    def _error(self, error: OSError) -> StudyError:
+        self._failed = True
         return StudyError(f"{self.path}: cannot write the bag ({error.strerror or error}); the study stops here")
+
+
+class _WholePieces:
+    """A file as the MCAP writer wants it, which gets all that came between two flushes, or nothing of it."""
+
+    def __init__(self, path: Path) -> None:
+        self._file = path.open("xb", buffering=0)
+        self._pending = bytearray()
+        self._length = self.flushes = 0
+
+    @property
+    def pending(self) -> int:
+        """Bytes that wait for the next flush."""
+        return len(self._pending)
+
+    def write(self, data: bytes) -> int:
+        self._pending += data
+        return len(data)
+
+    def tell(self) -> int:
+        return self._length + len(self._pending)
+
+    def flush(self) -> None:
+        data = bytes(self._pending)
+        self._pending.clear()
+        try:
+            done = 0
+            while done < len(data):
+                done += self._file.write(data[done:])
+        except OSError:
+            with contextlib.suppress(OSError):
+                self._file.truncate(self._length)
+            raise
+        self._length += len(data)
+        self.flushes += 1
+
+    def sync(self) -> None:
+        os.fsync(self._file.fileno())
+
+    def close(self) -> None:
+        self._file.close()
 
 
 def next_file(folder: Path) -> Path:

@@ -124,7 +124,7 @@ def run_recover(args: argparse.Namespace) -> int:
         raise StudyError(f"{path}: cannot be mended ({error.strerror or error})") from None
     for before, after in mended:
         kept = "" if before.cut_off else "; the damaged file is kept beside it"
-        print(f"{before.path}: {before.fault or 'cut off'}; mended, {len(after.entries)} whole messages{kept}")
+        print(f"{before.path}: {before.fault or 'cut off'}; mended, {after.summary.n_messages} whole messages{kept}")
     if not mended:
         print(f"{path}: {_count(len(files), 'file')}, all whole")
     if path.is_dir():

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import fcntl
-import json
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mobo_core.bag.lock import LOCK_FILE
+from mobo_core.bag.lock import LOCK_FILE, holder_name
 from mobo_core.bag.record import StudyRecord
 
 
@@ -47,18 +46,10 @@ def lock_holder(bag: Path) -> str:
             try:
                 fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
             except BlockingIOError:
-                return _name(file.read())
+                return holder_name(file.read())
     except OSError:
         pass
     return ""
-
-
-def _name(text: str) -> str:
-    try:
-        who = json.loads(text)
-        return f"{who['node']} on {who['host']}, pid {who['pid']}"
-    except (ValueError, KeyError, TypeError):
-        return "another process"
 
 
 @contextmanager

@@ -62,8 +62,8 @@ class Optimizer:
         self._unused_of: dict[int, int] = {}
         self.answers = self.answers_unused = self.resent = self.failed = 0
         self.best: tuple[Any, str] | None = None  # Evaluation and URDF of the highest reach
-        if bag.past is not None:
-            self._replay(bag.past)
+        if (past := bag.take_past()) is not None:
+            self._replay(past)
 
     @property
     def done(self) -> bool:
@@ -192,9 +192,7 @@ class Optimizer:
         for evaluation in past.evaluations:
             if int(evaluation.trial) >= len(self.study.told):
                 self._judge(evaluation)
-        best = max(past.complete_trials(), key=lambda trial: trial.reach, default=None)
-        if best is not None and (evaluation := past.accepted(int(best.trial))) is not None:
-            self.best = (evaluation, past.candidate_of(int(best.trial)).urdf)
+        self.best = past.best
         self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {len(self._answers)} answered")
 
     def _retell(self, past: Any) -> None:
