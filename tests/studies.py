@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,7 @@ def run_study(
     rejected: Collection[int] = (),
     kill_after: int | None = None,
     resume: bool = False,
+    meanwhile: Callable[[Optimizer], bool] = lambda optimizer: False,
 ) -> Path:
     """Run a study into the bag ``folder`` and return it.
 
@@ -45,6 +46,7 @@ def run_study(
         rejected: trials that are answered with REJECTED.
         kill_after: leave the bag without an end once so many trials are told, as a killed optimizer does.
         resume: go on with the bag that is there.
+        meanwhile: called again and again; if it returns true, the bag is left as by a killed optimizer.
     """
     published: list[tuple[str, bytes]] = []
     chosen = StudySettings.of(settings)
@@ -74,6 +76,9 @@ def run_study(
             optimizer.on_evaluator(encode(status), now)
         pending += [decode("Candidate", data) for topic, data in published if topic == "candidates"]
         published.clear()
+        if meanwhile(optimizer):
+            bag._lock.release()
+            return folder
         for candidate in pending:
             if kill_after is not None and len(optimizer.study.told) >= kill_after:
                 bag._lock.release()  # as the kernel does for a killed process; the file keeps no end

@@ -45,8 +45,7 @@ def test_names_every_command_and_topic() -> None:
     for verb in VERBS:
         assert f"`mobo {verb}" in README
     for topic, kind in TOPICS.items():
-        if topic != "commands":  # not offered yet
-            assert f"| `{topic}` | `{kind}` |" in README
+        assert f"| `{topic}` | `{kind}` |" in README
 
 
 def test_ten_lines_read_a_bag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

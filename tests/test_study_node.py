@@ -184,7 +184,7 @@ def test_study_restarts_a_dead_evaluator(nodes: Nodes, tmp_path: Path) -> None:
 
 
 def test_ros2_run_and_help(nodes: Nodes) -> None:
-    for executable in ("optimizer", "evaluator", "study", "replay"):
+    for executable in ("optimizer", "evaluator", "study", "replay", "control"):
         command = ["ros2", "run", "mobo", executable, "--help"]
         done = subprocess.run(command, env=nodes.environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mobo_core.bag.record import StudyRecord, versions
-from mobo_core.design import to_urdf
+from mobo_core.design import Design, to_urdf
 from mobo_core.errors import InputError
 from mobo_core.messages import encode, message_type, spec_to_message
+from mobo_core.search.control import enqueued_params
 from mobo_core.search.study import OrderedStudy, Told
 
 _COMPARED = (
@@ -82,6 +83,7 @@ def verify(
     """
     faults = [Fault(-1, "file", text) for text in study.faults]
     faults += [Fault(number, "trial", "told more than once") for number in study.repeated]
+    faults += _commands(study)
     faults += _candidates(study)
     faults += _told(study)
     jobs = _sampled(_evaluation_jobs(study), sample)
@@ -128,6 +130,29 @@ def _candidates(study: StudyRecord) -> Iterator[Fault]:
             yield Fault(trial, "urdf", _first_difference(candidate.urdf, urdfs[trial]))
 
 
+def _commands(study: StudyRecord) -> Iterator[Fault]:
+    for number in study.belated:
+        yield Fault(number, "command", "enqueued after it had been sent out")
+    enqueued: set[int] = set()
+    for command in study.commands:
+        number = int(command.trial)
+        if command.study != study.name:
+            yield Fault(number, "command", f"for study {command.study!r} in a bag of {study.name!r}")
+        if command.command != "enqueue":
+            continue
+        if number in enqueued:
+            yield Fault(number, "command", "enqueued more than once")
+        enqueued.add(number)
+        try:
+            asked = json.loads(command.arguments_json)
+            params = study.settings.space.params(Design(asked["joints"], tuple(asked["lengths"])))
+        except (ValueError, KeyError, TypeError, InputError) as error:
+            yield Fault(number, "command", f"enqueued no arm of the space ({error!r:.80})")
+            continue
+        if asked.get("params") != params:
+            yield Fault(number, "command", f"enqueued {asked.get('params')}, but its lengths give {params}")
+
+
 def _first_difference(found: str, expected: str) -> str:
     pairs = enumerate(zip(found, expected, strict=False))
     at = next((i for i, (a, b) in pairs if a != b), min(len(found), len(expected)))
@@ -161,6 +186,7 @@ def _told(study: StudyRecord) -> Iterator[Fault]:
 def _designs(study: StudyRecord, n: int) -> Iterator[Fault | None]:
     """Ask the sampler for every trial again; yield a fault or None for each."""
     again = OrderedStudy(study.settings)
+    enqueued = {int(c.trial): c for c in study.commands if c.command == "enqueue"}
     complete = message_type("Trial").COMPLETE
     for number in range(n):
         while not again.may_ask():
@@ -174,14 +200,20 @@ def _designs(study: StudyRecord, n: int) -> Iterator[Fault | None]:
         if candidate is None:
             yield Fault(number, "candidate", "never sent out, though later trials were")
             return
-        asked = again.ask()
+        command = enqueued.get(number)
+        who = "sampler" if command is None else "command"
+        try:
+            asked = again.ask() if command is None else again.recall(enqueued_params(command))
+        except (InputError, ValueError) as error:
+            yield Fault(number, "command", f"enqueued an arm that is none of the space's ({error!r:.80})")
+            return
         try:
             recorded = json.loads(candidate.params_json)
         except ValueError:
             recorded = None
         if recorded != asked.params:
             # What follows would be compared with other trials than the recording's.
-            yield Fault(number, "params_json", f"{candidate.params_json:.200}, but the sampler asks {asked.params}")
+            yield Fault(number, "params_json", f"{candidate.params_json:.200}, but the {who} asks {asked.params}")
             return
         yield None
 

@@ -87,6 +87,7 @@ class StudyRecord:
         trials: trial number -> Trial; the first record of it.
         repeated: numbers of trials that were told more than once.
         denied: numbers of trials told as failed after a good answer had come.
+        belated: numbers of trials enqueued after they had been sent out.
         contents: the files.
         best: Evaluation and URDF of the trial of the highest reach; of :func:`past_study` only.
     """
@@ -102,6 +103,7 @@ class StudyRecord:
     trials: dict[int, Any] = field(default_factory=dict)
     repeated: list[int] = field(default_factory=list)
     denied: set[int] = field(default_factory=set)
+    belated: list[int] = field(default_factory=list)
     contents: list[FileContent] = field(default_factory=list)
     best: tuple[Any, str] | None = None
 
@@ -215,6 +217,8 @@ class Collector:
                     message.urdf, message.spec = "", None
                 elif trial in self._study.trials:
                     return
+        elif entry.kind == "Command" and message.command == "enqueue" and int(message.trial) in self._sent:
+            self._study.belated.append(int(message.trial))
         self._lists[entry.kind].append(message)
 
     def _add_trial(self, trial: Any) -> None:

@@ -23,6 +23,18 @@ def design_space(args: argparse.Namespace, n_joints: int) -> DesignSpace:
     return DesignSpace.of({**space.to_dict(), "n_joints": n_joints, "total_length": total}, where="space")
 
 
+def parse_lengths(text: str) -> tuple[float, ...]:
+    """Return the lengths, in m, that comma-separated numbers give.
+
+    Raises:
+        InputError: they are none.
+    """
+    try:
+        return tuple(float(word) for word in text.split(","))
+    except ValueError:
+        raise InputError(repr(text), where="--lengths", expected="numbers in m, such as 0.1,0.2,0.3") from None
+
+
 def arm_design(args: argparse.Namespace) -> tuple[Design, DesignSpace]:
     """Return the arm that --joints and --lengths describe.
 
@@ -31,10 +43,7 @@ def arm_design(args: argparse.Namespace) -> tuple[Design, DesignSpace]:
     """
     if not args.joints or args.lengths is None:
         raise InputError("no arm given", where="arguments", expected="URDF_FILE, or --joints and --lengths")
-    try:
-        lengths = tuple(float(word) for word in args.lengths.split(","))
-    except ValueError:
-        raise InputError(repr(args.lengths), where="--lengths", expected="numbers in m, such as 0.1,0.2,0.3") from None
+    lengths = parse_lengths(args.lengths)
     design = Design(args.joints.upper(), lengths)
     space = design_space(args, len(lengths))
     design.check_total(space.total_length)

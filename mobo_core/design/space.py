@@ -10,7 +10,11 @@ from optuna.trial import BaseTrial, FixedTrial
 from pydantic import Field, model_validator
 
 from mobo_core.design.design import JOINT_TYPES, Design
+from mobo_core.errors import InputError
 from mobo_core.settings import Settings
+
+# m, by which lengths that people write may miss a bound.
+_ROUNDING = 1e-6
 
 
 class DesignSpace(Settings):
@@ -50,8 +54,7 @@ class DesignSpace(Settings):
         )
         lengths: list[float] = []
         for i in range(self.n_joints - 1):
-            # Rounding can leave a remainder a little below zero.
-            longest = min(self.max_length, max(0.0, self.total_length - sum(lengths)))
+            longest = self._longest(lengths)
             if self.lengths == "fractions":
                 lengths.append(trial.suggest_float(f"u{i + 1}", 0.0, 1.0) * longest)
             else:
@@ -62,6 +65,43 @@ class DesignSpace(Settings):
     def design(self, params: dict[str, Any]) -> Design:
         """Return the design of a sampler's parameters, as :meth:`suggest` would have built it."""
         return self.suggest(FixedTrial(params))
+
+    def params(self, design: Design) -> dict[str, Any]:
+        """Return the sampler's parameters of a design: :meth:`design` of them gives its lengths to 1e-9 m.
+
+        The last link takes what remains of ``total_length``, from which the lengths' sum may differ by 1e-6 m.
+
+        Raises:
+            InputError: the design is none of this space.
+        """
+        if len(design.sampled_joints) != self.n_joints:
+            expected = f"{self.n_joints}"
+            raise InputError(f"{len(design.sampled_joints)} joints", where="joints", expected=expected)
+        for letter in design.sampled_joints:
+            if letter not in self.joint_types:
+                raise InputError(f"joint {letter!r}", where="joints", expected=f"letters of {self.joint_types}")
+        design.check_total(self.total_length)
+        params: dict[str, Any] = {f"J{i + 1}": letter for i, letter in enumerate(design.sampled_joints)}
+        lengths: list[float] = []
+        for i, length in enumerate(design.lengths[:-1]):
+            longest = self._longest(lengths)
+            if length > longest + _ROUNDING:
+                expected = f"at most {longest:.9g} m"
+                raise InputError(f"length {i + 1} is {length:.9g} m", where="lengths", expected=expected)
+            length = min(length, longest)
+            if self.lengths == "fractions":
+                share = length / longest if longest > 0.0 else 0.0
+                params[f"u{i + 1}"] = share
+                lengths.append(share * longest)
+            else:
+                params[f"L{i + 1}"] = length
+                lengths.append(length)
+        return params
+
+    def _longest(self, lengths: list[float]) -> float:
+        """Return the upper bound, in m, of the link that follows ``lengths``."""
+        # Rounding can leave a remainder a little below zero.
+        return min(self.max_length, max(0.0, self.total_length - sum(lengths)))
 
     def distributions(self, params: dict[str, Any]) -> dict[str, BaseDistribution]:
         """Return the Optuna distributions from which :meth:`suggest` would draw ``params``."""

@@ -15,6 +15,7 @@ from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError
 from mobo_core.messages import MAX_MESSAGE_BYTES, UNABLE, decode, encode, make, message_type, spec_to_message
 from mobo_core.search.answers import evaluation_fault
+from mobo_core.search.control import Controls
 from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
 from mobo_core.search.front import hypervolume, pareto_front
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
@@ -52,6 +53,7 @@ class Optimizer:
     ) -> None:
         self.settings, self.n_trials = settings, n_trials
         self.study = OrderedStudy(settings)
+        self.controls = Controls(bag.name, settings.space, self._record_command)
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = log, warn
         self._spec_message = spec_to_message(settings.spec)
@@ -69,6 +71,12 @@ class Optimizer:
     def done(self) -> bool:
         """Whether every trial is told."""
         return len(self.study.told) >= self.n_trials
+
+    @property
+    def state(self) -> int:
+        """The StudyStatus state of a study that is not over."""
+        states = message_type("StudyStatus")
+        return int(states.PAUSED if self.controls.paused else states.RUNNING)
 
     def on_evaluator(self, data: bytes, now: float) -> None:
         """Take a heartbeat (CDR bytes of an EvaluatorStatus)."""
@@ -132,10 +140,13 @@ class Optimizer:
         while True:
             while len(self.study.told) in self._answers:
                 self._tell(self._answers.pop(len(self.study.told)))
-            if len(self.study.asked) < self.n_trials and self.study.may_ask():
-                self._open(self.study.ask())
+            if len(self.study.asked) < self.n_trials and self.study.may_ask() and not self.controls.paused:
+                params = self.controls.enqueued.pop(len(self.study.asked), None)
+                self._open(self.study.ask() if params is None else self.study.recall(params))
             else:
                 break
+        if self.controls.paused:
+            return
         for dispatch in self._dispatcher.next_dispatches(now):
             self._send(dispatch)
 
@@ -187,6 +198,7 @@ class Optimizer:
             self.study.recall(params[number])
         while len(self.study.told) in past.trials:
             self._retell(past)
+        self.controls.repeat(past.commands, len(params))
         for number in range(len(self.study.told), len(params)):
             self._open(self.study.asked[number], sent[number])
         for evaluation in past.evaluations:
@@ -194,6 +206,8 @@ class Optimizer:
                 self._judge(evaluation)
         self.best = past.best
         self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {len(self._answers)} answered")
+        if self.controls.paused:
+            self._log("paused, as it was when it ended; `ros2 run mobo control resume` goes on")
 
     def _retell(self, past: Any) -> None:
         number = len(self.study.told)
@@ -275,6 +289,9 @@ class Optimizer:
             self._warn(f"trial {told.number} failed: {trial.reason}")
         elif evaluation is not None and (self.best is None or evaluation.reach > self.best[0].reach):
             self.best = (evaluation, urdf)
+
+    def _record_command(self, command: Any) -> None:
+        self._publish("commands", self._bag.append("commands", command))
 
     def _record_evaluator(self, status: Any, state: int) -> None:
         event = decode("EvaluatorStatus", encode(status))

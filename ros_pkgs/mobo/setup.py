@@ -2,7 +2,7 @@ from glob import glob
 
 from setuptools import find_packages, setup
 
-NODES = ["optimizer", "evaluator", "study", "replay"]
+NODES = ["optimizer", "evaluator", "study", "replay", "control"]
 
 setup(
     name="mobo",

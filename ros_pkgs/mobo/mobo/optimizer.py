@@ -14,6 +14,7 @@ from rclpy.node import Node
 
 from mobo.parameters import OPTIMIZER, declare, help_text, overrides
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
+from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.design import DesignSpace
@@ -23,7 +24,7 @@ from mobo_core.messages import encode, message_type
 from mobo_core.search.dispatch import Dispatcher
 from mobo_core.search.optimizer import Optimizer
 from mobo_core.search.study import StudySettings
-from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, StudyStatus, Trial
+from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 
 HELP = help_text(
     "optimizer",
@@ -83,6 +84,7 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         publishers = {
             "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
             "trials": node.create_publisher(Trial, "trials", MESSAGES_QOS),
+            "commands": node.create_publisher(Command, "commands", MESSAGES_QOS),
             "study": node.create_publisher(StudyStatus, "study", STATUS_QOS),
         }
         dispatcher = Dispatcher(
@@ -98,7 +100,7 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         states, clock, best = message_type("StudyStatus"), time.monotonic, BestArm(node)
 
         def report() -> None:
-            publishers["study"].publish(encode(optimizer.status(states.RUNNING)))
+            publishers["study"].publish(encode(optimizer.status(optimizer.state)))
             if optimizer.best is not None:
                 best.show(*optimizer.best, settings.spec)
 
@@ -111,10 +113,11 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         )
         node.create_timer(_TICK_S, lambda: optimizer.tick(clock()))
         node.create_timer(_STATUS_S, report)
+        offer_services(node, optimizer, clock)
         log(f"study {values['study_name']}: {values['n_trials']} trials into {folder}")
         if not optimizer.done:
             optimizer.record_status(states.RUNNING)
-        while not (stop or optimizer.done):
+        while not (stop or optimizer.done or optimizer.controls.stopped):
             executor.spin_once(timeout_sec=_TICK_S)
         report()
         told, total = len(optimizer.study.told), values["n_trials"]
@@ -122,7 +125,8 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
             final = optimizer.status(states.DONE)
             log(f"done: {told} trials told, {optimizer.failed} failed")
         else:
-            final = optimizer.status(states.STOPPED, "stopped by a signal")
+            why = "stopped by a command" if optimizer.controls.stopped else "stopped by a signal"
+            final = optimizer.status(states.STOPPED, why)
             log(f"stopped after {told} of {total} trials; resume:=true goes on")
         publishers["study"].publish(encode(final))
         if not optimizer.done or bag.recording:
