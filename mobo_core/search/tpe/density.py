@@ -61,13 +61,11 @@ def fit(
 ) -> None:  # fmt: skip
     """Prepare n kernels whose last one is the prior.
 
-    Args:
-        mu, sigma: shape (n, real parameters).
-        weight: shape (n,), of any sum.
-        low, high: bounds of the real parameters.
-        central, tail: the tables of :mod:`~mobo_core.search.tpe.arithmetic`.
-        inverse, scaled: out, 1 / sigma and mu / sigma.
-        factor, offset: out, shape (n,): kernel i is factor e^(offset - sum z^2 / 2) times its categorical part.
+    ``mu`` and ``sigma`` have shape (n, real parameters); ``weight`` (n,) may have any sum; ``low`` and ``high``
+    are the parameters' bounds, ``central`` and ``tail`` the tables of :mod:`~mobo_core.search.tpe.arithmetic`.
+
+    Written are ``inverse`` = 1 / sigma and ``scaled`` = mu / sigma, and ``factor`` and ``offset``, shape (n,):
+    kernel i is factor e^(offset - sum z^2 / 2) times its categorical part.
     """
     n, reals = mu.shape
     total = 0.0
@@ -93,20 +91,14 @@ def draw(
     categorical: np.ndarray, low: np.ndarray, high: np.ndarray, central: np.ndarray, tail: np.ndarray,
     x: np.ndarray, c: np.ndarray,
 ) -> None:  # fmt: skip
-    """Draw points from an estimator.
+    """Draw points from an estimator, given as to :func:`fit`.
 
-    Args:
-        u: uniform numbers, shape (1 + parameters, points): for the kernel, for each categorical parameter in
-            turn, for each real one.
-        weight: of the kernels, the prior last.
-        mu, sigma: shape (n, real parameters).
-        codes: shape (n, categorical parameters), numbers of choices; -1 for the prior.
-        choices: of each categorical parameter.
-        categorical: probability of the own choice and of each other one, shape (categorical parameters, 2).
-        low, high: bounds of the real parameters.
-        central, tail: tables.
-        x: out, real values, shape (real parameters, points).
-        c: out, choices, shape (categorical parameters, points).
+    ``u`` holds uniform numbers, shape (1 + parameters, points): for the kernel, for each categorical parameter
+    in turn, for each real one. ``codes``, shape (n, categorical parameters), are the numbers of the trials'
+    choices, -1 for the prior, ``choices`` how many there are, and ``categorical``, shape (categorical
+    parameters, 2), the probabilities of a kernel's own choice and of each other one.
+
+    Written are the real values ``x``, shape (real parameters, points), and the choices ``c``, likewise.
     """
     n, points = weight.size, u.shape[1]
     share = np.empty(n)

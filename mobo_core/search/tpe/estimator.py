@@ -35,8 +35,8 @@ class Space:
         self.categorical = [name for name, d in space.items() if isinstance(d, CategoricalDistribution)]
         self.real = [name for name in space if name not in self.categorical]
         self.choices = np.array([len(space[name].choices) for name in self.categorical], np.int64)  # type: ignore[attr-defined]
-        self.low = np.array([space[name].low for name in self.real], float)  # type: ignore[attr-defined]
-        self.high = np.array([space[name].high for name in self.real], float)  # type: ignore[attr-defined]
+        self.low: Any = np.array([space[name].low for name in self.real], np.float64)  # type: ignore[attr-defined]
+        self.high: Any = np.array([space[name].high for name in self.real], np.float64)  # type: ignore[attr-defined]
 
     def __len__(self) -> int:
         """Return the number of parameters."""
