@@ -18,7 +18,7 @@ from mobo_core.evaluation import EvaluationSpec
 from mobo_core.messages import TOPICS, decode, encode, header, make, spec_from_message, spec_to_message
 from mobo_core.resources import message_folder
 
-KINDS = ["EvaluationSpec", *TOPICS.values()]
+KINDS = ["EvaluationSpec", "OptimizerStatus", *TOPICS.values()]
 
 _NUMBERS = {
     "bool": st.booleans(),
@@ -200,5 +200,5 @@ def test_every_kind_is_readable_with_rosbags_alone() -> None:
 
 
 def test_every_message_has_a_topic() -> None:
-    """Every message file belongs to a topic or to the spec."""
+    """Every message file belongs to a recorded topic, to the spec or to the claims of optimizers."""
     assert {path.stem for path in message_folder().glob("*.msg")} == set(KINDS)

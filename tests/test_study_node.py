@@ -138,15 +138,6 @@ def test_bag_that_cannot_be_is_refused(nodes: Nodes, tmp_path: Path) -> None:
         assert len(lines) == 1 and says in lines[0] and str(bag) in lines[0], lines
 
 
-def test_a_second_optimizer_on_a_bag_says_who_holds_it(nodes: Nodes, tmp_path: Path) -> None:
-    bag = tmp_path / "bag"
-    first = nodes.optimizer(bag, n_trials=4)
-    wait_for(lambda: list(bag.glob("*.mcap")), "the bag")
-    second = nodes.optimizer(bag, n_trials=4, resume=True)
-    assert finish(second) == 2
-    assert f"pid {first.pid}" in output(second)
-
-
 def test_ctrl_c_leaves_a_usable_bag_and_no_process(nodes: Nodes, tmp_path: Path) -> None:
     bag = tmp_path / "bag"
     study = nodes.study(bag, n_trials=100_000, sampler="random", evaluators=2)

@@ -52,7 +52,7 @@ class StudyBag:
         self._files: list[FileSummary] = []  # those that are whole
         self._file: McapFile | None = None
         self._record = study_record(name, settings)
-        self._check(resume, settings)
+        check_bag(folder, name, settings, resume=resume)
         try:
             self._lock: BagLock | None = BagLock(folder, node, make=True)
         except OSError as error:
@@ -60,25 +60,11 @@ class StudyBag:
             raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
         try:
             # Again: another optimizer may have been faster.
-            self._past = self._check(resume, settings)
+            self._past = check_bag(folder, name, settings, resume=resume)
         except BaseException:
             self._lock.release()
             raise
         self._new = not self._past
-
-    def _check(self, resume: bool, settings: StudySettings) -> bool:
-        """Return whether the bag exists; raise InputError if it may not be written to."""
-        try:
-            existing = self.folder.exists() and any(entry.name != LOCK_FILE for entry in self.folder.iterdir())
-        except OSError as error:
-            expected = "a folder that can be read and written"
-            raise InputError(str(error.strerror), where=str(self.folder), expected=expected) from None
-        if existing and not resume:
-            expected = "resume:=true, or the name of a new bag"
-            raise InputError("exists already", where=str(self.folder), expected=expected)
-        if existing:
-            _same_study(read_record(self.folder), self.name, settings, str(self.folder))
-        return existing
 
     def take_past(self) -> StudyRecord | None:
         """Return what the bag holds of the study, as :func:`past_study` does, at the first call; else None.
@@ -140,6 +126,25 @@ class StudyBag:
                     os.rmdir(self.folder)  # nothing was recorded: leave nothing behind
         finally:
             lock.release()
+
+
+def check_bag(folder: Path, name: str, settings: StudySettings, *, resume: bool) -> bool:
+    """Return whether the bag exists, touching nothing.
+
+    Raises:
+        InputError: it may not be written to: see :class:`StudyBag`.
+    """
+    try:
+        existing = folder.exists() and any(entry.name != LOCK_FILE for entry in folder.iterdir())
+    except OSError as error:
+        expected = "a folder that can be read and written"
+        raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
+    if existing and not resume:
+        expected = "resume:=true, or the name of a new bag"
+        raise InputError("exists already", where=str(folder), expected=expected)
+    if existing:
+        _same_study(read_record(folder), name, settings, str(folder))
+    return existing
 
 
 def _same_study(record: dict[str, str], name: str, settings: StudySettings, where: str) -> None:

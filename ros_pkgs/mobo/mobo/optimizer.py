@@ -12,11 +12,12 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
+from mobo.claim import NamespaceClaim
 from mobo.parameters import OPTIMIZER, declare, help_text, overrides
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
 from mobo.services import offer_services
 from mobo.viewer import BestArm
-from mobo_core.bag.study_bag import StudyBag
+from mobo_core.bag.study_bag import StudyBag, check_bag
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError, MoboError
 from mobo_core.evaluation import load_spec
@@ -76,17 +77,26 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
     folder = Path(values["bag"] or f"bags/{values['study_name']}")
     prefix = node.get_namespace().rstrip("/") + "/"
     log = node.get_logger().info
-    bag = StudyBag(
-        folder, values["study_name"], settings, resume=values["resume"], node=node.get_fully_qualified_name(),
-        prefix=prefix,
-    )  # fmt: skip
+    check_bag(folder, name, settings, resume=values["resume"])
+    # Before the claim, so that evaluators know them when the first candidate is sent.
+    publishers = {
+        "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
+        "trials": node.create_publisher(Trial, "trials", MESSAGES_QOS),
+        "commands": node.create_publisher(Command, "commands", MESSAGES_QOS),
+        "study": node.create_publisher(StudyStatus, "study", STATUS_QOS),
+    }
+    claim = NamespaceClaim(node, name, folder, values["lease_s"])
+
+    def open_bag() -> StudyBag:
+        return StudyBag(
+            folder, name, settings, resume=values["resume"], node=node.get_fully_qualified_name(), prefix=prefix
+        )
+
+    bag = claim.take(open_bag, executor, stop)
+    if bag is None:
+        return 1
     try:
-        publishers = {
-            "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
-            "trials": node.create_publisher(Trial, "trials", MESSAGES_QOS),
-            "commands": node.create_publisher(Command, "commands", MESSAGES_QOS),
-            "study": node.create_publisher(StudyStatus, "study", STATUS_QOS),
-        }
+        claim.hold()
         dispatcher = Dispatcher(
             lease_s=values["lease_s"],
             max_attempts=values["max_attempts"],

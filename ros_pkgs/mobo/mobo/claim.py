@@ -1,0 +1,142 @@
+"""One optimizer to a namespace: those that start, and the one that runs, hear each other on the network.
+
+Who runs has a publisher on ``optimizers``, which the others see as soon as they have found its node, and whose
+liveliness the middleware watches: a killed one is gone after two seconds, a busy one is not. Who wants to run
+says so on ``claims`` and listens first; who runs answers that with its name.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import LivelinessPolicy, QoSProfile
+
+from mobo.runtime import Stop, qos
+from mobo_core.bag.lock import InUseError
+from mobo_core.bag.study_bag import StudyBag
+from mobo_core.errors import InputError
+from mobo_core.evaluation.answer import host_id
+from mobo_core.messages import decode, encode, make
+from mobo_core.search.claim import Claim, Claimant, in_use
+from mobo_msgs.msg import OptimizerStatus
+
+_REPEAT_S = 0.1
+_ALIVE_S = 2.0
+
+
+def _holders_qos() -> QoSProfile:
+    profile = qos(1, latched=True)
+    profile.liveliness = LivelinessPolicy.AUTOMATIC
+    profile.liveliness_lease_duration = Duration(seconds=_ALIVE_S)
+    return profile
+
+
+class NamespaceClaim:
+    """This node's claim to its namespace; begins with construction.
+
+    Args:
+        node: the optimizer.
+        study, bag: what it means to run.
+        lease_s: s to wait for a holder that may have vanished.
+    """
+
+    def __init__(self, node: Node, study: str, bag: Path, lease_s: float) -> None:
+        self._node = node
+        self._where = f"namespace {node.get_namespace()}"
+        self._message = make(
+            "OptimizerStatus",
+            optimizer=node.get_fully_qualified_name(),
+            study=study,
+            bag=str(bag),
+            host_id=host_id(),
+            pid=os.getpid(),
+        )
+        self._claim = Claim(_claimant(self._message), time.monotonic(), lease_s=lease_s)
+        self._holder: Any = None
+        self._dead = 0
+        self._said = ""
+        self._lease_s = lease_s
+        self._claims = node.create_publisher(OptimizerStatus, "claims", qos(10))
+        self._repeat = node.create_timer(_REPEAT_S, lambda: self._claims.publish(encode(self._message)))
+        node.create_subscription(OptimizerStatus, "claims", self._on_claim, qos(10), raw=True)
+        events = SubscriptionEventCallbacks(liveliness=self._on_liveliness)
+        node.create_subscription(
+            OptimizerStatus, "optimizers", self._on_holder, _holders_qos(), event_callbacks=events, raw=True
+        )
+
+    def take(self, open_bag: Callable[[], StudyBag], executor: SingleThreadedExecutor, stop: Stop) -> StudyBag | None:
+        """Return the bag once both it and the namespace are this node's; None if it shall stop before that.
+
+        Raises:
+            InUseError: another optimizer has one of them, and still had after a lease.
+        """
+        until = None
+        while not stop:
+            now = time.monotonic()
+            if self._claim.may_go(now, self._where):
+                try:
+                    return open_bag()
+                except InUseError as error:
+                    until = until or now + self._lease_s
+                    if now >= until:
+                        raise
+                    self._say(f"{error}; waiting for it to vanish")
+            elif (other := self._claim.in_the_way(now)) is not None and other.pid:
+                self._say(f"{self._where} is in use by {other}; waiting for it to vanish")
+            executor.spin_once(timeout_sec=0.05)
+            # The graph keeps a killed node for long, but only with those who knew it before.
+            self._claim.alive(self._node.count_publishers("optimizers") - self._dead)
+        return None
+
+    def _say(self, text: str) -> None:
+        if text != self._said:
+            self._said = text
+            self._node.get_logger().info(text)
+
+    def hold(self) -> None:
+        """Tell the others that the namespace is taken, until this node ends."""
+        self._holder = self._node.create_publisher(OptimizerStatus, "optimizers", _holders_qos())
+        self._holder.publish(encode(self._message))
+        self._node.destroy_timer(self._repeat)
+
+    def _on_claim(self, data: bytes) -> None:
+        other = _read(data)
+        if other is None or other == self._claim.me:
+            return
+        self._claim.claimed(other, time.monotonic())
+        if self._holder is not None:
+            self._holder.publish(encode(self._message))
+
+    def _on_holder(self, data: bytes) -> None:
+        other = _read(data)
+        if other is None or other == self._claim.me:
+            return
+        if self._holder is None:
+            self._claim.held(other, time.monotonic())
+        elif other < self._claim.me:
+            # Two networks that became one: the study that began later ends.
+            raise in_use(other, self._where)
+
+    def _on_liveliness(self, event: Any) -> None:
+        self._dead = event.not_alive_count
+
+
+def _read(data: bytes) -> Claimant | None:
+    try:
+        message = decode("OptimizerStatus", data)
+    except InputError:
+        return None
+    return _claimant(message)
+
+
+def _claimant(message: Any) -> Claimant:
+    since = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+    return Claimant(since, message.host_id, int(message.pid), message.optimizer)

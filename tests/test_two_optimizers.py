@@ -1,0 +1,129 @@
+"""Two optimizers for one bag or one namespace: exactly one goes on, the other says who holds it."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import signal
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from nodes import Nodes, finish, output, told_so_far, values, wait_for
+
+from mobo_core.bag.lock import InUseError
+from mobo_core.search.claim import CLAIM_FRESH_S, LISTEN_S, Claim, Claimant
+
+LEASE_S = 5.0
+
+
+def run_claims(starts: list[float], clocks: list[float], delays: list[float], holder_dies: float) -> list[int]:
+    """Let claimants claim one namespace; return those that went on, in order.
+
+    Claimant i starts at ``starts[i]`` s with a clock ``clocks[i]`` s off, and is heard ``delays[i]`` s late. A
+    holder from before is noticed to be gone at ``holder_dies`` s.
+    """
+    mes = [Claimant(int((start + clocks[i]) * 1e9), f"host{i}", i, "/optimizer") for i, start in enumerate(starts)]
+    claims = [Claim(me, start, lease_s=LEASE_S) for me, start in zip(mes, starts, strict=True)]
+    holding: dict[int, float] = {-1: 0.0}
+    waiting = set(range(len(starts)))
+    events = [(start, i) for i, start in enumerate(starts)]
+    heapq.heapify(events)
+    said: dict[int, list[float]] = {i: [] for i in waiting}
+    while events:
+        now, i = heapq.heappop(events)
+        for j, times in said.items():
+            heard = max((t for t in times if t + delays[j] <= now), default=None)
+            if j != i and heard is not None:
+                claims[i].claimed(mes[j], max(heard + delays[j], starts[i]))
+        alive = [j for j, t in holding.items() if (now < holder_dies if j == -1 else t + delays[j] <= now)]
+        claims[i].alive(len(alive))
+        try:
+            if claims[i].may_go(now, "namespace /"):
+                holding[i] = now
+                waiting.discard(i)
+                continue
+        except InUseError:
+            waiting.discard(i)
+            continue
+        said[i].append(now)
+        heapq.heappush(events, (now + 0.1, i))
+    return [j for j in holding if j >= 0]
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0, 8), st.floats(-100, 100), st.floats(0.001, 0.4 * LISTEN_S)), min_size=1, max_size=5
+    ),
+    st.sampled_from([0.0, 2.0, 4.0]),
+)
+def test_exactly_one_claimant_goes_on(claimants: list[tuple[float, float, float]], holder_dies: float) -> None:
+    """Whenever they start, however their clocks differ and a holder from before dies: one of them, never two."""
+    starts, clocks, delays = (list(column) for column in zip(*claimants, strict=True))
+    assert len(run_claims(starts, clocks, delays, holder_dies)) == 1
+
+
+def test_a_holder_that_stays_is_named_after_one_lease() -> None:
+    """A claimant waits for the lease, no longer, and then says node, host and pid."""
+    me, holder = Claimant(5, "here", 7, "/b"), Claimant(9, "there", 42, "/a")
+    claim = Claim(me, 0.0, lease_s=LEASE_S)
+    claim.alive(1)
+    claim.held(holder, 0.2)
+    ticks = (0.1 * i for i in itertools.count(1))
+    with pytest.raises(InUseError, match=r"namespace /x: in use by /a on there, pid 42; expected") as error:
+        while not claim.may_go(now := next(ticks), "namespace /x"):
+            pass
+    assert error.value.exit_code == 2
+    assert now == pytest.approx(0.1 + LEASE_S)
+
+
+def test_claims_that_are_no_longer_repeated_do_not_count() -> None:
+    """A claimant that died while it waited is not waited for."""
+    claim = Claim(Claimant(5, "here", 7, "/b"), 0.0, lease_s=LEASE_S)
+    claim.claimed(Claimant(1, "there", 42, "/a"), 0.1)
+    assert not claim.may_go(0.2, "")
+    assert not claim.may_go(0.1 + CLAIM_FRESH_S, "")
+    assert claim.may_go(0.1 + CLAIM_FRESH_S + LISTEN_S, "")
+
+
+@pytest.mark.ros
+def test_optimizers_started_at_once_in_one_namespace(nodes: Nodes, tmp_path: Path) -> None:
+    """One goes on; the others name it, exit with 2 and make no folder; killed, it is followed at once."""
+    bags = [tmp_path / f"bag{i}" for i in range(3)]
+    started = [nodes.optimizer(bag, n_trials=4, sampler="random", lease_s=1.0) for bag in bags]
+    wait_for(lambda: sum(process.poll() is not None for process in started) == 2, "two of them to end")
+    (holder,) = [i for i, process in enumerate(started) if process.poll() is None]
+    wait_for(lambda: list(bags[holder].glob("*.mcap")), "its bag")
+    for i, process in enumerate(started):
+        if i != holder:
+            assert process.returncode == 2
+            last = output(process).splitlines()[-1]
+            assert "in use by /optimizer on " in last and f"pid {started[holder].pid}" in last
+            assert not bags[i].exists()
+    # One that waits gets through when the holder is killed, and so does the same one started again.
+    waiting = nodes.optimizer(bags[holder], n_trials=4, sampler="random", resume=True, lease_s=60.0)
+    wait_for(lambda: f"pid {started[holder].pid}; waiting" in output(waiting), "it to wait")
+    started[holder].kill()
+    nodes.start("evaluator", workers=1)
+    assert finish(waiting) == 0, output(waiting)
+    assert len(values(bags[holder])) == 4
+
+
+@pytest.mark.ros
+def test_two_optimizers_on_one_bag_in_two_namespaces(nodes: Nodes, tmp_path: Path) -> None:
+    """The bag's lock lets one of them write; another names it, and gets through once it is killed."""
+    bag = tmp_path / "bag"
+    first = nodes.optimizer(bag, n_trials=1000)
+    wait_for(lambda: list(bag.glob("*.mcap")), "the bag")
+    other = {"remap": "__ns:=/other", "bag": bag, "study_name": "s", "spec": nodes.spec, "resume": True}
+    second = nodes.start("optimizer", **other, lease_s=0.5)
+    assert finish(second) == 2
+    assert output(second).splitlines()[-1].endswith(f"pid {first.pid}; expected a bag no optimizer writes to")
+    third = nodes.start("optimizer", **other, lease_s=60.0)
+    wait_for(lambda: f"pid {first.pid}; expected a bag no optimizer writes to; waiting" in output(third), "it to wait")
+    first.kill()
+    wait_for(lambda: len(list(bag.glob("*.mcap"))) == 2, "the third to write")
+    third.send_signal(signal.SIGTERM)
+    assert finish(third) == 1
+    assert told_so_far(bag) == 0
