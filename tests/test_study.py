@@ -17,7 +17,6 @@ import pytest
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec
-from mobo_core.search import samplers
 from mobo_core.search.samplers import paper_gamma, sampler_factory, tenth, trial_seed
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 
@@ -35,8 +34,10 @@ def settings_of(sampler: str = "tpe", lengths: str = "fractions", in_flight: int
 def value_of(number: int, design: Design) -> tuple[float, float] | None:
     """Score a design: long middle links reach far, rolls are light; about one trial in six fails."""
     digest = hashlib.sha256(f"{number} {design}".encode()).digest()
-    if digest[0] < 43:
-        return None
+    return None if digest[0] < 43 else score(design)
+
+
+def score(design: Design) -> tuple[float, float]:
     reach = 10 * design.lengths[1] + 5 * design.lengths[2] + design.joints.count("P")
     return reach, 3.0 - design.joints.count("R") + 4 * design.lengths[0]
 
@@ -119,6 +120,11 @@ def test_more_trials_extend_a_study() -> None:
     assert run(settings, 40)[:TRIALS] == run(settings, TRIALS)
 
 
+def smooth(number: int, design: Design) -> tuple[float, float] | None:
+    """Score a design as :func:`value_of`, with failures that hang on the number alone, not on a length's last bit."""
+    return None if number % 7 == 3 else score(design)
+
+
 def plain_optuna(settings: StudySettings, sampler: Callable[[int], optuna.samplers.BaseSampler]) -> list[Design]:
     """Run a study in Optuna's own words: one sampler a trial, each told in_flight trials later."""
     study = optuna.create_study(directions=["maximize", "minimize"])
@@ -127,7 +133,7 @@ def plain_optuna(settings: StudySettings, sampler: Callable[[int], optuna.sample
     for n in range(TRIALS):
         if n >= settings.in_flight:
             past = n - settings.in_flight
-            values = value_of(past, designs[past])
+            values = smooth(past, designs[past])
             if values is None:
                 study.tell(trials[past], state=optuna.trial.TrialState.FAIL)
             else:
@@ -138,6 +144,16 @@ def plain_optuna(settings: StudySettings, sampler: Callable[[int], optuna.sample
     return designs
 
 
+def same(designs: list[Design], others: list[Design]) -> bool:
+    """Return whether designs are equal but for rounding: the samplers' arithmetic is mobo's own."""
+    return [d.sampled_joints for d in designs] == [d.sampled_joints for d in others] and all(
+        abs(length - other) < 1e-12
+        for d, o in zip(designs, others, strict=True)
+        for length, other in zip(d.lengths, o.lengths, strict=True)
+    )
+
+
+@pytest.mark.skipif(not optuna.__version__.startswith("4."), reason="Optuna 5 has other rules")
 @pytest.mark.parametrize("lengths", ["fractions", "sequential"])
 @pytest.mark.parametrize("in_flight", [1, 3])
 def test_paper_sampler_is_optunas_multivariate_tpe(lengths: str, in_flight: int) -> None:
@@ -149,9 +165,10 @@ def test_paper_sampler_is_optunas_multivariate_tpe(lengths: str, in_flight: int)
             warnings.simplefilter("ignore")
             return optuna.samplers.TPESampler(n_startup_trials=8, multivariate=True, seed=trial_seed(5, n))
 
-    assert [asked.design for asked in run(settings)] == plain_optuna(settings, tpe)
+    assert same([asked.design for asked in run(settings, value=smooth)], plain_optuna(settings, tpe))
 
 
+@pytest.mark.skipif(not optuna.__version__.startswith("4."), reason="Optuna 5 has other rules")
 def test_tpe_sampler_counts_pending_trials_as_bad() -> None:
     """``tpe`` is a lagging loop of Optuna's multivariate TPE with the constant liar, and so not ``paper``."""
     settings = settings_of("tpe", seed=5)
@@ -162,9 +179,9 @@ def test_tpe_sampler_counts_pending_trials_as_bad() -> None:
             seed = trial_seed(5, n)
             return optuna.samplers.TPESampler(n_startup_trials=8, multivariate=True, constant_liar=True, seed=seed)
 
-    designs = [asked.design for asked in run(settings)]
-    assert designs == plain_optuna(settings, tpe)
-    paper = [asked.design for asked in run(settings_of("paper", seed=5))]
+    designs = [asked.design for asked in run(settings, value=smooth)]
+    assert same(designs, plain_optuna(settings, tpe))
+    paper = [asked.design for asked in run(settings_of("paper", seed=5), value=smooth)]
     assert designs[:8] == paper[:8]
     assert designs != paper
 
@@ -321,12 +338,8 @@ def test_how_many_trials_are_good() -> None:
     assert [tenth(n) for n in counts] == [0, 1, 1, 2, 10, 25, 25, 26, 1000]
 
 
-def test_paper_sampler_wants_optuna_4(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Under an Optuna whose multi-objective defaults differ the paper's sampler is refused; ``tpe`` is not."""
-    monkeypatch.setattr(samplers.optuna, "__version__", "5.0.1")
-    with pytest.raises(InputError, match=r"sampler paper: Optuna 5\.0\.1; expected Optuna 4\.9"):
-        sampler_factory("paper", 0, 100)
-    sampler_factory("tpe", 0, 100)
+def test_unknown_sampler() -> None:
+    """A sampler that does not exist is refused with the names of those that do."""
     with pytest.raises(InputError, match="sampler: 'magic'; expected tpe, paper or random"):
         sampler_factory("magic", 0, 100)
 

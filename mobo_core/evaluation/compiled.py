@@ -18,7 +18,11 @@ from types import ModuleType
 
 from mobo_core.errors import UnableError
 
-SOURCES = ("numerics.py", "geometry.py", "kernel.py", "starts.py", "lanes.py", "sweep.py")
+# Of all compiled functions, below mobo_core; the sampler's are kept in the same folder.
+SOURCES = (
+    *(f"evaluation/{name}.py" for name in ("numerics", "geometry", "kernel", "starts", "lanes", "sweep")),
+    *(f"search/tpe/{name}.py" for name in ("arithmetic", "ranking", "history", "density")),
+)
 
 # The kernel is written out joint by joint; beyond this, compiling it takes minutes.
 MAX_JOINTS = 12
@@ -48,7 +52,7 @@ def cache_folder() -> Path:
     features = os.environ.get("NUMBA_CPU_FEATURES") or ""
     text = hashlib.sha256(f"{numba.__version__} {sys.version_info[:2]} {cpu} {features}".encode())
     for name in SOURCES:
-        text.update((Path(__file__).parent / name).read_bytes())
+        text.update((Path(__file__).parents[1] / name).read_bytes())
     base = Path(os.environ.get("MOBO_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return base / "mobo" / f"kernel-{text.hexdigest()[:16]}"
 
