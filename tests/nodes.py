@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -51,9 +51,11 @@ class Nodes:
         self.spec.write_text(QUICK_SPEC)
         self._processes: list[subprocess.Popen[str]] = []
 
-    def start(self, executable: str, remap: str = "", **parameters: Any) -> subprocess.Popen[str]:
-        """Start a node; its output goes to a file of its own, see :meth:`output`."""
-        command = [sys.executable, "-m", f"mobo.{executable}", "--ros-args"]
+    def start(
+        self, executable: str, remap: str = "", on: Sequence[str] = (), **parameters: Any
+    ) -> subprocess.Popen[str]:
+        """Start a node; its output goes to a file of its own, see :meth:`output`. ``on``: see ``hosts.Hosts.on``."""
+        command = [*on, sys.executable, "-m", f"mobo.{executable}", "--ros-args"]
         command += ["-r", remap] if remap else []
         for name, value in parameters.items():
             command += ["-p", f"{name}:={json.dumps(str(value) if isinstance(value, Path) else value)}"]

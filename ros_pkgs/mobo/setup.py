@@ -8,6 +8,7 @@ setup(
     name="mobo",
     version="0.1.0",
     packages=find_packages(include=["mobo", "mobo.*"]),
+    package_data={"mobo": ["fastdds.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/mobo"]),
         ("share/mobo", ["package.xml"]),
