@@ -49,6 +49,7 @@ class WorkerPool:
         self.answering = answering
         self._timeout_s, self._clock = timeout_s, clock
         self._failed_starts = 0
+        self.restarts = 0  # workers replaced so far
         self._waiting: list[Any] = []
         self._workers = [self._start() for _ in range(workers)]
 
@@ -143,6 +144,7 @@ class WorkerPool:
             self._failed_starts += 1
             if self._failed_starts >= _MAX_FAILED_STARTS:
                 raise RuntimeError(f"workers do not start (exit code {code})")
+        self.restarts += 1
         self._workers[i] = self._start()
         if worker.candidate is None:
             return []

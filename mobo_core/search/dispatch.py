@@ -86,6 +86,11 @@ class Dispatcher:
         return {name: e.slots for name, e in self._evaluators.items() if not e.silent}
 
     @property
+    def waiting(self) -> int:
+        """How many trials without an answer are with no evaluator."""
+        return len(self._queue)
+
+    @property
     def open_trials(self) -> set[int]:
         """The trials without an answer."""
         return set(self._open)

@@ -12,12 +12,14 @@ from typing import Any, get_args
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
+from mobo.diagnostics import publish_health
 from mobo.parameters import EVALUATOR, declare, help_text
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, run
 from mobo_core import __version__
 from mobo_core.errors import InputError, StudyError
 from mobo_core.evaluation.answer import AnswerEngine, Answering, host_id
 from mobo_core.evaluation.pool import WorkerPool
+from mobo_core.health import Health, evaluator_health
 from mobo_core.messages import decode, encode, make, message_type
 from mobo_core.settings import choices
 from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, Trial
@@ -44,6 +46,13 @@ class _Evaluator:
         node.create_subscription(Candidate, "candidates", self._on_candidate, CANDIDATES_QOS, raw=True)
         node.create_subscription(Trial, "trials", self._on_trial, MESSAGES_QOS, raw=True)
         node.create_timer(_HEARTBEAT_S, self.beat)
+        publish_health(node, "workers", self._health)
+
+    def _health(self) -> Health:
+        pool = self._pool
+        return evaluator_health(
+            workers=len(pool), ready=pool.ready, restarts=pool.restarts, held=len(pool.held()), answered=self._answered
+        )
 
     def _on_candidate(self, data: bytes) -> None:
         try:

@@ -13,6 +13,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from mobo.claim import NamespaceClaim
+from mobo.diagnostics import publish_health
 from mobo.parameters import OPTIMIZER, declare, help_text, overrides
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
 from mobo.services import offer_services
@@ -21,6 +22,7 @@ from mobo_core.bag.study_bag import StudyBag, check_bag
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError, MoboError
 from mobo_core.evaluation import load_spec
+from mobo_core.health import Health, Rate, bag_bytes, free_bytes, optimizer_health
 from mobo_core.messages import encode, message_type
 from mobo_core.search.dispatch import Dispatcher
 from mobo_core.search.optimizer import Optimizer
@@ -124,6 +126,18 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         node.create_timer(_TICK_S, lambda: optimizer.tick(clock()))
         node.create_timer(_STATUS_S, report)
         offer_services(node, optimizer, clock)
+        rate = Rate()
+
+        def health() -> Health:
+            told, alive = len(optimizer.study.told), dispatcher.evaluators
+            return optimizer_health(
+                told=told, n_trials=optimizer.n_trials, in_flight=len(optimizer.study.asked) - told,
+                failed=optimizer.failed, waiting=dispatcher.waiting, resent=optimizer.resent, evaluators=len(alive),
+                workers=sum(alive.values()), paused=optimizer.controls.paused, trials_per_s=rate.at(clock(), told),
+                bag_bytes=bag_bytes(folder), free_bytes=free_bytes(folder),
+            )  # fmt: skip
+
+        publish_health(node, "study", health)
         log(f"study {values['study_name']}: {values['n_trials']} trials into {folder}")
         if not optimizer.done:
             optimizer.record_status(states.RUNNING)
