@@ -6,15 +6,16 @@ import json
 from collections import Counter
 from typing import Any
 
+from mobo_core.bag.reader import entries
 from mobo_core.bag.record import StudyRecord
-from mobo_core.messages import message_type
+from mobo_core.messages import decode, message_type
 
 
 def bag_info(study: StudyRecord) -> dict[str, Any]:
     """Return what there is to know of a bag, as plain values fit for JSON.
 
-    ``sessions`` counts the runs of the optimizer that recorded something, ``seconds`` is the time they
-    recorded for, breaks between them left out. Of ``trials``, ``open`` are those sent out but not told.
+    ``sessions`` counts the runs of the optimizer that recorded something, ``seconds`` is the time the files
+    span, breaks between them left out. Of ``trials``, ``open`` are those sent out but not told.
     """
     kinds = message_type("Trial")
     told = list(study.trials.values())
@@ -22,6 +23,8 @@ def bag_info(study: StudyRecord) -> dict[str, Any]:
     sent = {int(candidate.trial) for candidate in study.candidates}
     files = [_file(content) for content in study.contents]
     size = sum(file["bytes"] for file in files)
+    states = message_type("StudyStatus")
+    begun = sum(status.state == states.RUNNING for status in _statuses(study))
     topics = Counter(entry.topic for content in study.contents for entry in content.entries)
     return {
         "study": study.name,
@@ -40,11 +43,17 @@ def bag_info(study: StudyRecord) -> dict[str, Any]:
         "answers": {"recorded": len(study.evaluations), "used": sum(bool(trial.evaluator) for trial in told)},
         "resent": sum(int(candidate.attempt) > 1 for candidate in study.candidates),
         "evaluators": _evaluators(study),
-        "sessions": sum(bool(content.entries) for content in study.contents),
+        "sessions": begun or sum(bool(content.entries) for content in study.contents),
         "seconds": sum(file["seconds"] for file in files),
         "bytes": size,
         "bytes_per_trial": round(size / len(told)) if told else None,
     }
+
+
+def _statuses(study: StudyRecord) -> list[Any]:
+    """Return the StudyStatus messages: a session begins with one that says RUNNING."""
+    kind = "StudyStatus"
+    return [decode(kind, entry.data) for entry in entries(study.contents) if entry.kind == kind]
 
 
 def _file(content: Any) -> dict[str, Any]:

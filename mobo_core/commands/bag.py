@@ -1,4 +1,4 @@
-"""``mobo bag``: what a bag holds, and mending one that was cut off."""
+"""``mobo bag``: what a bag holds, mending one that was cut off, and making it small."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ def add(verbs: Any) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "bag",
-        help="what a bag holds; mend one that was cut off",
-        description="Look into a bag, or mend it.",
-        epilog="examples:\n  mobo bag info bags/demo_001\n  mobo bag recover bags/demo_001",
+        help="what a bag holds; mend one that was cut off; make it small",
+        description="Look into a bag, mend it, or make it small.",
+        epilog="examples:\n  mobo bag info bags/demo_001\n  mobo bag recover bags/demo_001\n"
+        "  mobo bag compact bags/demo_001",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
@@ -42,6 +43,17 @@ def add(verbs: Any) -> None:
     )
     recover.add_argument("bag", metavar="BAG", help="folder of a bag, or an .mcap file")
     recover.set_defaults(run=run_recover)
+    compact = kinds.add_parser(
+        "compact",
+        help="one smaller file with every message as it was",
+        description="Write a bag anew as one file of large chunks, with every message and its time as it was, in\n"
+        "some two thirds of the room. The new bag takes the place of the old one in one step: interrupted, or\n"
+        "out of room, it leaves the old one as it was. It is resumed, verified and replayed like any other.",
+        epilog="example:\n  mobo bag compact bags/demo_001",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    compact.add_argument("bag", metavar="BAG", help="folder of a bag that no optimizer writes to")
+    compact.set_defaults(run=run_compact)
 
 
 def run_info(args: argparse.Namespace) -> int:
@@ -129,6 +141,27 @@ def run_recover(args: argparse.Namespace) -> int:
         print(f"{path}: {_count(len(files), 'file')}, all whole")
     if path.is_dir():
         print(f"{path / METADATA_FILE}: written anew")
+    return 0
+
+
+def run_compact(args: argparse.Namespace) -> int:
+    """Compact a bag and say what that saved."""
+    from mobo_core.bag.compact import compact_bag
+    from mobo_core.bag.files import bag_files
+    from mobo_core.bag.lock import BagLock
+
+    path = Path(args.bag)
+    n_files = len(bag_files(path))
+    try:
+        lock = BagLock(path if path.is_dir() else path.parent, "mobo bag compact")
+        try:
+            with notice(f"compacting {args.bag}"):
+                before, after = compact_bag(path)
+        finally:
+            lock.release()
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be compacted ({error.strerror or error})") from None
+    print(f"{path}: {_count(n_files, 'file')} of {_size(before)}, now one of {_size(after)}")
     return 0
 
 
