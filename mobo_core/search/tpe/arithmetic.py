@@ -199,6 +199,8 @@ def log_mass(a: float, b: float, central: np.ndarray, tail: np.ndarray) -> Any:
 @njit(cache=True, error_model="numpy")
 def between(q: float, a: float, b: float, central: np.ndarray, tail: np.ndarray) -> Any:
     """Return the number below which the share ``q`` of a standard normal distribution cut off at a and b lies."""
+    if q <= 0.0 or q >= 1.0:
+        return a if q <= 0.0 else b
     if a > 0.0:
         return -_between_left(1.0 - q, -b, -a, central, tail)
     return _between_left(q, a, b, central, tail)

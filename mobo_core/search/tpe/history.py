@@ -92,7 +92,8 @@ class History:
     def gathered(self, rows: Any, names: list[str]) -> Any:
         """Return the values of some parameters for some trials, shape (rows + 1, names): the last row is free."""
         out = np.empty((len(rows) + 1, len(names)))
-        gather(self.values, rows, np.array([self.columns[name] for name in names], np.int64), out)
+        if len(rows):
+            gather(self.values, rows, np.array([self.columns[name] for name in names], np.int64), out)
         return out
 
     def with_all(self, rows: Any, names: list[str]) -> Any:
