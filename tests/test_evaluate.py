@@ -414,6 +414,6 @@ def test_without_a_cache_folder(tmp_path: Path) -> None:
     )
     output, errors = start(code, MOBO_CACHE=str(tmp_path / "file"), TMPDIR=str(tmp_path)).communicate(timeout=100)
     assert output.startswith(f"loaded (0.0, 1.0) {tmp_path}/mobo-kernel-")
-    assert errors.startswith("mobo: cannot keep the compiled kernel (Not a directory:")
+    assert errors.startswith("mobo: cannot keep the evaluation kernel for 6 joints compiled (Not a directory:")
     assert errors.count("\n") == 1
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file"]  # the process tidied up

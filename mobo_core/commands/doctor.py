@@ -30,7 +30,7 @@ def add(verbs: Any) -> None:
         epilog="examples:\n  mobo doctor\n  mobo doctor --warm",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--warm", action="store_true", help="only compile the evaluation kernel, if need be")
+    parser.add_argument("--warm", action="store_true", help="only compile the kernel and the sampler, if need be")
     parser.set_defaults(run=run)
 
 
@@ -38,9 +38,11 @@ def run(args: argparse.Namespace) -> int:
     """Check and print."""
     if args.warm:
         from mobo_core.evaluation.compiled import kernel
+        from mobo_core.search.samplers import fast_tpe
 
         for n in (6, 7):
             kernel(n)
+        fast_tpe()
         return 0
     checks: tuple[tuple[str, Callable[[], tuple[bool, str]]], ...] = (
         ("python", _python),

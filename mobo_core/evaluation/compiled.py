@@ -15,6 +15,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
+from typing import TypeVar
 
 from mobo_core.errors import UnableError
 
@@ -23,6 +24,8 @@ SOURCES = (
     *(f"evaluation/{name}.py" for name in ("numerics", "geometry", "kernel", "starts", "lanes", "sweep")),
     *(f"search/tpe/{name}.py" for name in ("arithmetic", "ranking", "history", "density")),
 )
+
+Loaded = TypeVar("Loaded")
 
 # The kernel is written out joint by joint; beyond this, compiling it takes minutes.
 MAX_JOINTS = 12
@@ -90,34 +93,40 @@ def _to_stderr(text: str) -> None:
 def kernel(n: int = 6, say: Callable[[str], None] = _to_stderr) -> ModuleType:
     """Return the compiled kernel for ``n`` joints: a module with the function ``evaluate_voxels``.
 
-    The first process on a machine compiles under a file lock; others wait for it. Both say so.
-
     Raises:
         UnableError: more than MAX_JOINTS joints.
     """
     if n > MAX_JOINTS:
         expected = f"at most {MAX_JOINTS}, or the reference engine"
         raise UnableError(f"{n} joints on the way to the tip", where="kernel", expected=expected)
+    return compiled_once(f"the evaluation kernel for {n} joints", str(n), functools.partial(_load, n), say)
+
+
+def compiled_once(what: str, name: str, load: Callable[[], Loaded], say: Callable[[str], None] = _to_stderr) -> Loaded:
+    """Call ``load``, which compiles if the cache folder has nothing for it, and return what it returns.
+
+    The first process on a machine compiles under a file lock; others wait for it. Both say so.
+    """
     use_cache_folder()
-    folder, complete = cache_folder(), cache_folder() / f"complete_{n}"
+    folder, complete = cache_folder(), cache_folder() / f"complete_{name}"
     try:
         lock = (folder / "lock").open("a")
     except OSError as error:
-        say(f"mobo: cannot keep the compiled kernel ({error.strerror}: {folder}); compiling for this process")
-        return _load(n)
+        say(f"mobo: cannot keep {what} compiled ({error.strerror}: {folder}); compiling for this process")
+        return load()
     with lock:
         if not complete.exists():
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                say("mobo: waiting for another process that compiles the evaluation kernel …")
+                say(f"mobo: waiting for another process that compiles {what} …")
                 fcntl.flock(lock, fcntl.LOCK_EX)
             if not complete.exists():
-                say(f"mobo: compiling the evaluation kernel for {n} joints, once per machine …")
-                module = _load(n)
+                say(f"mobo: compiling {what}, once per machine …")
+                loaded = load()
                 complete.touch()
-                return module
-    return _load(n)
+                return loaded
+    return load()
 
 
 def _load(n: int) -> ModuleType:

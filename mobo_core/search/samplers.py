@@ -6,15 +6,23 @@ or was resumed before it.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 from collections.abc import Callable
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
+import optuna
 from optuna.samplers import BaseSampler, RandomSampler
 
 from mobo_core.errors import InputError
+from mobo_core.evaluation.compiled import compiled_once
 from mobo_core.settings import choices
+
+if TYPE_CHECKING:
+    from mobo_core.search.tpe.sampler import FastTPESampler
+
+optuna.logging.set_verbosity(optuna.logging.WARNING)
 
 SamplerName = Literal["tpe", "paper", "random"]
 
@@ -38,6 +46,21 @@ def tenth(n: int) -> int:
     return math.ceil(0.1 * n)
 
 
+@functools.cache
+def fast_tpe() -> type[FastTPESampler]:
+    """Return :class:`~mobo_core.search.tpe.sampler.FastTPESampler` with its functions compiled, once per machine."""
+
+    def load() -> type[FastTPESampler]:
+        # Not at the top: who only reads a sampler's name need not wait for compiled functions.
+        from mobo_core.search.tpe import warm_up
+        from mobo_core.search.tpe.sampler import FastTPESampler
+
+        warm_up.run()
+        return FastTPESampler
+
+    return compiled_once("the sampler", "tpe", load)
+
+
 def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[int], BaseSampler]:
     """Return the function that makes the sampler for a trial's number.
 
@@ -54,10 +77,8 @@ def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[in
         return lambda trial: RandomSampler(seed=trial_seed(seed, trial))
     if name not in ("tpe", "paper"):
         raise InputError(repr(name), where="sampler", expected=choices(SamplerName))
-    from mobo_core.search.tpe.sampler import FastTPESampler  # compiled functions: not for those who only read a name
-
     # One sampler for all trials: what it keeps is a function of the trials alone.
-    sampler = FastTPESampler(
+    sampler = fast_tpe()(
         n_startup_trials=n_startup_trials,
         gamma=tenth if name == "tpe" else paper_gamma,
         constant_liar=name == "tpe",

@@ -14,8 +14,6 @@ from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.search.samplers import SamplerName, sampler_factory
 from mobo_core.settings import Settings
 
-optuna.logging.set_verbosity(optuna.logging.WARNING)
-
 
 class StudySettings(Settings):
     """All that the trials of a study depend on. Two studies of equal settings have equal trials.
