@@ -2,21 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
-
-from hypothesis import settings
-from hypothesis import strategies as st
-from hypothesis.stateful import (
-    Bundle,
-    RuleBasedStateMachine,
-    consumes,
-    initialize,
-    invariant,
-    multiple,
-    precondition,
-    rule,
-)
-
 from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
 
 
@@ -52,7 +37,7 @@ def test_trials_go_out_lowest_first_to_who_has_most_room() -> None:
     assert sent == [Dispatch(1, 1, "b"), Dispatch(3, 1, "a"), Dispatch(5, 1, "b")]
     assert dispatcher.next_dispatches(0.0) == []
     assert dispatcher.open_trials == {1, 3, 5, 9}
-    assert dispatcher.answered(sent[1], ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(sent[1], 0.0, ok=True) is Verdict.ACCEPTED
     assert dispatcher.next_dispatches(1.0) == [Dispatch(9, 1, "a")]
 
 
@@ -60,11 +45,11 @@ def test_first_good_answer_counts_and_no_other() -> None:
     """An answer to a trial is accepted once; all later ones, of any sending, are late."""
     dispatcher = started()
     (sent,) = dispatcher.next_dispatches(0.0)
-    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(sent, 0.0, ok=True) is Verdict.ACCEPTED
     assert dispatcher.open_trials == set()
     for ok in (True, False):
-        assert dispatcher.answered(sent, ok=ok) is Verdict.LATE
-        assert dispatcher.answered(sent._replace(attempt=2), ok=ok) is Verdict.LATE
+        assert dispatcher.answered(sent, 0.0, ok=ok) is Verdict.LATE
+        assert dispatcher.answered(sent._replace(attempt=2), 0.0, ok=ok) is Verdict.LATE
 
 
 def test_answers_to_what_was_never_sent_do_not_count() -> None:
@@ -72,10 +57,10 @@ def test_answers_to_what_was_never_sent_do_not_count() -> None:
     dispatcher = started(evaluators="ab")
     (sent,) = dispatcher.next_dispatches(0.0)
     for ok in (True, False):
-        assert dispatcher.answered(sent._replace(attempt=2), ok=ok) is Verdict.UNKNOWN
-        assert dispatcher.answered(sent._replace(evaluator="b"), ok=ok) is Verdict.UNKNOWN
-        assert dispatcher.answered(sent._replace(trial=1), ok=ok) is Verdict.LATE
-    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED
+        assert dispatcher.answered(sent._replace(attempt=2), 0.0, ok=ok) is Verdict.UNKNOWN
+        assert dispatcher.answered(sent._replace(evaluator="b"), 0.0, ok=ok) is Verdict.UNKNOWN
+        assert dispatcher.answered(sent._replace(trial=1), 0.0, ok=ok) is Verdict.LATE
+    assert dispatcher.answered(sent, 0.0, ok=True) is Verdict.ACCEPTED
 
 
 def test_heartbeats_that_name_a_candidate_renew_its_lease() -> None:
@@ -84,7 +69,7 @@ def test_heartbeats_that_name_a_candidate_renew_its_lease() -> None:
     (sent,) = dispatcher.next_dispatches(0.0)
     beat(dispatcher, range(1, 500), sent)
     assert dispatcher.next_dispatches(499) == []
-    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(sent, 0.0, ok=True) is Verdict.ACCEPTED
 
 
 def test_lost_evaluator() -> None:
@@ -98,8 +83,8 @@ def test_lost_evaluator() -> None:
     assert dispatcher.next_dispatches(5.0) == []
     assert dispatcher.heard("b", 1, [], 5.0)
     assert dispatcher.next_dispatches(5.0) == [Dispatch(0, 2, "b")]
-    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED  # it was not dead after all, and first
-    assert dispatcher.answered(Dispatch(0, 2, "b"), ok=True) is Verdict.LATE
+    assert dispatcher.answered(sent, 0.0, ok=True) is Verdict.ACCEPTED  # it was not dead after all, and first
+    assert dispatcher.answered(Dispatch(0, 2, "b"), 0.0, ok=True) is Verdict.LATE
 
 
 def test_lost_evaluator_that_comes_back() -> None:
@@ -143,7 +128,29 @@ def test_lost_message() -> None:
     (again,) = dispatcher.next_dispatches(3.0)
     assert again == Dispatch(0, 2, "a")
     beat(dispatcher, range(4, 30), again)
-    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED  # both are valid, the first wins
+    assert dispatcher.answered(sent, 0.0, ok=True) is Verdict.ACCEPTED  # both are valid, the first wins
+
+
+def test_a_heartbeat_takes_up_again_what_waits() -> None:
+    """A sending given up as lost is in force again when its evaluator names it before the trial went elsewhere."""
+    dispatcher = started(grace_s=2)
+    (first,) = dispatcher.next_dispatches(0.0)
+    beat(dispatcher, range(1, 4))
+    assert leases(dispatcher) == {0: []}
+    beat(dispatcher, range(4, 30), first)
+    assert leases(dispatcher) == {0: [first]}
+    dispatcher.heard("b", 1, [(0, 1)], 30.0)  # b was never sent it
+    assert dispatcher.next_dispatches(30.0) == []
+    assert dispatcher.answered(first, 30.0, ok=True) is Verdict.ACCEPTED
+
+
+def test_an_evaluator_that_goes_on_through_a_restart_keeps_its_candidate() -> None:
+    """A trial opened from a record stays with the evaluator that names it."""
+    dispatcher = Dispatcher()
+    dispatcher.open(4, [Dispatch(4, 1, "a"), Dispatch(4, 2, "b")])
+    dispatcher.heard("b", 2, [(4, 2)], 0.0)
+    assert dispatcher.next_dispatches(0.0) == []
+    assert leases(dispatcher) == {4: [Dispatch(4, 2, "b")]}
 
 
 def test_heartbeat_that_names_an_old_attempt_does_not_hold_the_new_one() -> None:
@@ -152,8 +159,24 @@ def test_heartbeat_that_names_an_old_attempt_does_not_hold_the_new_one() -> None
     dispatcher.next_dispatches(0.0)
     beat(dispatcher, range(3, 4))
     (second,) = dispatcher.next_dispatches(3.0)
-    beat(dispatcher, range(4, 7), Dispatch(0, 1, "a"))
-    assert dispatcher.next_dispatches(7.0) == [second._replace(attempt=3)]
+    beat(dispatcher, range(4, 6), Dispatch(0, 1, "a"))
+    assert leases(dispatcher) == {0: [second]}
+    beat(dispatcher, range(6, 7), Dispatch(0, 1, "a"))
+    assert leases(dispatcher) == {0: [Dispatch(0, 1, "a")]}
+
+
+def test_what_an_evaluator_holds_fills_its_places() -> None:
+    """One that still works on what is no longer wanted gets no more than it has places for."""
+    dispatcher = started(trials=3, slots=2)
+    dispatcher.heard("a", 2, [(77, 1)], 0.0)
+    assert dispatcher.next_dispatches(0.0) == [Dispatch(0, 1, "a")]
+    dispatcher.answered(Dispatch(77, 1, "a"), 0.5, ok=True)
+    assert dispatcher.next_dispatches(0.5) == [Dispatch(1, 1, "a")]
+    dispatcher.heard("a", 2, [(0, 1)], 1.0)
+    dispatcher.close(0)
+    assert dispatcher.next_dispatches(1.0) == []
+    dispatcher.heard("a", 2, [(1, 1)], 2.0)
+    assert dispatcher.next_dispatches(2.0) == [Dispatch(2, 1, "a")]
 
 
 def test_lease_that_nobody_renews() -> None:
@@ -175,13 +198,13 @@ def test_failed_trial_goes_to_another_evaluator() -> None:
     dispatcher.open(1)
     first, second = dispatcher.next_dispatches(0.0)
     assert (first.evaluator, second.evaluator) == ("a", "b")
-    assert dispatcher.answered(first, ok=False) is Verdict.RETRY
+    assert dispatcher.answered(first, 0.0, ok=False) is Verdict.RETRY
     assert dispatcher.next_dispatches(1.0) == []  # a is free, but b has not tried
-    assert dispatcher.answered(second, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(second, 0.0, ok=True) is Verdict.ACCEPTED
     assert dispatcher.next_dispatches(2.0) == [Dispatch(0, 2, "b")]
-    assert dispatcher.answered(Dispatch(0, 2, "b"), ok=False) is Verdict.RETRY
+    assert dispatcher.answered(Dispatch(0, 2, "b"), 0.0, ok=False) is Verdict.RETRY
     assert dispatcher.next_dispatches(3.0) == [Dispatch(0, 3, "a")]  # failed on all: any will do
-    assert dispatcher.answered(Dispatch(0, 3, "a"), ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(Dispatch(0, 3, "a"), 0.0, ok=True) is Verdict.ACCEPTED
 
 
 def test_other_trials_pass_one_that_waits_for_another_evaluator() -> None:
@@ -189,9 +212,9 @@ def test_other_trials_pass_one_that_waits_for_another_evaluator() -> None:
     dispatcher = started(trials=2, evaluators="ab")
     first, second = dispatcher.next_dispatches(0.0)
     dispatcher.open(2)
-    assert dispatcher.answered(first, ok=False) is Verdict.RETRY
+    assert dispatcher.answered(first, 0.0, ok=False) is Verdict.RETRY
     assert dispatcher.next_dispatches(0.0) == [Dispatch(2, 1, "a")]
-    assert dispatcher.answered(second, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(second, 0.0, ok=True) is Verdict.ACCEPTED
     assert dispatcher.next_dispatches(0.0) == [Dispatch(0, 2, "b")]
 
 
@@ -201,12 +224,12 @@ def test_max_attempts() -> None:
     verdicts = []
     for _ in range(3):
         (sent,) = dispatcher.next_dispatches(0.0)
-        verdicts.append(dispatcher.answered(sent, ok=False))
-        assert dispatcher.answered(sent, ok=False) is Verdict.LATE  # said twice, counted once
+        verdicts.append(dispatcher.answered(sent, 0.0, ok=False))
+        assert dispatcher.answered(sent, 0.0, ok=False) is Verdict.LATE  # said twice, counted once
     assert verdicts == [Verdict.RETRY, Verdict.RETRY, Verdict.EXHAUSTED]
     assert dispatcher.open_trials == set()
     assert dispatcher.next_dispatches(0.0) == []
-    assert dispatcher.answered(Dispatch(0, 1, "a"), ok=True) is Verdict.LATE
+    assert dispatcher.answered(Dispatch(0, 1, "a"), 0.0, ok=True) is Verdict.LATE
 
 
 def test_evaluations_that_take_too_long() -> None:
@@ -222,7 +245,7 @@ def test_evaluations_that_take_too_long() -> None:
     assert dispatcher.expire(60.6) == ([], [0])
     assert dispatcher.expire(60.7) == ([], [])
     assert dispatcher.open_trials == set()
-    assert dispatcher.answered(second, ok=True) is Verdict.LATE
+    assert dispatcher.answered(second, 0.0, ok=True) is Verdict.LATE
 
 
 def test_answer_that_comes_after_its_lease_still_counts() -> None:
@@ -231,13 +254,13 @@ def test_answer_that_comes_after_its_lease_still_counts() -> None:
     (first,) = dispatcher.next_dispatches(0.0)
     dispatcher.expire(10.1)
     assert leases(dispatcher) == {0: []}
-    assert dispatcher.answered(first, ok=False) is Verdict.RETRY
-    assert dispatcher.answered(first, ok=False) is Verdict.LATE  # it failed already
+    assert dispatcher.answered(first, 0.0, ok=False) is Verdict.RETRY
+    assert dispatcher.answered(first, 0.0, ok=False) is Verdict.LATE  # it failed already
     dispatcher.heard("b", 1, [], 10.1)
     (second,) = dispatcher.next_dispatches(10.1)
     assert second == Dispatch(0, 2, "b")
-    assert dispatcher.answered(first, ok=True) is Verdict.ACCEPTED
-    assert dispatcher.answered(second, ok=True) is Verdict.LATE
+    assert dispatcher.answered(first, 0.0, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(second, 0.0, ok=True) is Verdict.LATE
 
 
 def test_trials_opened_from_a_record() -> None:
@@ -246,8 +269,8 @@ def test_trials_opened_from_a_record() -> None:
     recorded = [Dispatch(4, 1, "x"), Dispatch(4, 2, "y")]
     dispatcher.open(4, recorded)
     assert dispatcher.next_dispatches(0.0) == [Dispatch(4, 3, "a")]
-    assert dispatcher.answered(Dispatch(4, 2, "x"), ok=True) is Verdict.UNKNOWN
-    assert dispatcher.answered(recorded[1], ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(Dispatch(4, 2, "x"), 0.0, ok=True) is Verdict.UNKNOWN
+    assert dispatcher.answered(recorded[1], 0.0, ok=True) is Verdict.ACCEPTED
 
 
 def test_failures_of_a_record_count() -> None:
@@ -255,7 +278,7 @@ def test_failures_of_a_record_count() -> None:
     dispatcher = started(trials=0)
     recorded = [Dispatch(4, n, f"x{n}") for n in (1, 2, 3)]
     dispatcher.open(4, recorded)
-    verdicts = [dispatcher.answered(dispatch, ok=False) for dispatch in recorded]
+    verdicts = [dispatcher.answered(dispatch, 0.0, ok=False) for dispatch in recorded]
     assert verdicts == [Verdict.RETRY, Verdict.RETRY, Verdict.EXHAUSTED]
 
 
@@ -266,186 +289,20 @@ def test_unable_evaluators_cost_no_attempt_and_are_not_asked_again() -> None:
         dispatcher.heard(f"u{n}", 1, [], 0.0)
     for _ in range(9):
         (sent,) = dispatcher.next_dispatches(0.0)
-        assert dispatcher.answered(sent, ok=False, unable=True) is Verdict.RETRY
+        assert dispatcher.answered(sent, 0.0, ok=False, unable=True) is Verdict.RETRY
     assert dispatcher.next_dispatches(0.0) == []
     dispatcher.heard("able", 1, [], 0.0)
     (sent,) = dispatcher.next_dispatches(0.0)
     assert sent.evaluator == "able"
-    assert dispatcher.answered(sent, ok=True) is Verdict.ACCEPTED
+    assert dispatcher.answered(sent, 0.0, ok=True) is Verdict.ACCEPTED
 
 
 def test_closing_a_trial() -> None:
-    """A trial that is closed from outside is not sent and takes no answer; its evaluator is free again."""
+    """A trial that is closed is not sent and takes no answer; its evaluator is free when it has let go of it."""
     dispatcher = started(trials=2)
     (sent,) = dispatcher.next_dispatches(0.0)
     dispatcher.close(0)
     dispatcher.close(0)
-    assert dispatcher.answered(sent, ok=True) is Verdict.LATE
+    assert dispatcher.next_dispatches(0.0) == []
+    assert dispatcher.answered(sent, 0.0, ok=True) is Verdict.LATE
     assert dispatcher.next_dispatches(0.0) == [Dispatch(1, 1, "a")]
-
-
-NAMES = ["a", "b", "c"]
-SLOTS = {"a": 1, "b": 2, "c": 3, "healer": 2}
-
-
-class AnyOrder(RuleBasedStateMachine):
-    """Trials, evaluators, time, and messages that come late, twice, never, or from nowhere, in any order.
-
-    The world here knows what was sent and what has ended; the dispatcher has to agree. In the end a good
-    evaluator joins, and every trial must come to its end, exactly once.
-    """
-
-    sendings = Bundle("sendings")
-
-    @initialize(max_attempts=st.integers(1, 3), timeout=st.sampled_from([20.0, 1e9]))
-    def begin(self, max_attempts: int, timeout: float) -> None:
-        self.now = 0.0
-        self.max_attempts, self.timeout = max_attempts, timeout
-        self.dispatcher = Dispatcher(
-            lease_s=10, max_attempts=max_attempts, evaluation_timeout_s=timeout, silence_s=4, grace_s=2
-        )
-        self.opened = 0
-        self.ended: Counter[int] = Counter()
-        self.retries: Counter[int] = Counter()
-        self.sent: set[Dispatch] = set()
-        self.held: dict[str, set[Dispatch]] = {name: set() for name in SLOTS}
-
-    @rule(count=st.integers(1, 3))
-    def open_trials(self, count: int) -> None:
-        for _ in range(count):
-            self.dispatcher.open(self.opened)
-            self.opened += 1
-
-    @rule(name=st.sampled_from(NAMES))
-    def heartbeat(self, name: str) -> None:
-        known = name in self.dispatcher.evaluators
-        new = self.dispatcher.heard(name, SLOTS[name], [(d.trial, d.attempt) for d in self.held[name]], self.now)
-        assert new == (not known)
-        assert self.dispatcher.evaluators[name] == SLOTS[name]
-
-    @rule(name=st.sampled_from(NAMES))
-    def goodbye(self, name: str) -> None:
-        self.dispatcher.left(name)
-        self.held[name].clear()
-        assert name not in self.dispatcher.evaluators
-
-    @rule(name=st.sampled_from(NAMES))
-    def crash(self, name: str) -> None:
-        self.held[name].clear()
-
-    @rule(seconds=st.sampled_from([0.5, 1.0, 2.5, 5.0, 11.0, 25.0]))
-    def time_passes(self, seconds: float) -> None:
-        self.now += seconds
-        alive = set(self.dispatcher.evaluators)
-        lost, exhausted = self.dispatcher.expire(self.now)
-        assert set(lost) <= alive
-        assert not set(lost) & set(self.dispatcher.evaluators)
-        assert exhausted == [] or self.timeout < 1e9
-        for trial in exhausted:
-            self.end(trial)
-
-    @rule(target=sendings, lost=st.lists(st.booleans(), min_size=10, max_size=10))
-    def send(self, lost: list[bool]) -> object:
-        sent = self.dispatcher.next_dispatches(self.now)
-        for i, dispatch in enumerate(sent):
-            assert dispatch not in self.sent
-            assert dispatch.attempt == 1 + max((d.attempt for d in self.sent if d.trial == dispatch.trial), default=0)
-            assert dispatch.evaluator in self.dispatcher.evaluators
-            assert self.ended[dispatch.trial] == 0
-            self.sent.add(dispatch)
-            if not lost[i % len(lost)]:
-                self.held[dispatch.evaluator].add(dispatch)
-        assert [d.trial for d in sent] == sorted(d.trial for d in sent)
-        under_lease = Counter(d.evaluator for ds in leases(self.dispatcher).values() for d in ds)
-        assert all(under_lease[name] <= SLOTS[name] for name in under_lease)
-        self.nothing_waits_in_vain(under_lease)
-        return multiple(*sent)
-
-    def nothing_waits_in_vain(self, under_lease: Counter[str]) -> None:
-        """Check that no trial is left unsent that a free evaluator could take."""
-        alive = self.dispatcher.evaluators
-        free = {name for name in alive if under_lease[name] < alive[name]}
-        for trial, dispatches in leases(self.dispatcher).items():
-            if not dispatches:
-                failed_on = {dispatch.evaluator for dispatch in self.dispatcher._open[trial].failed}
-                assert free <= failed_on
-                assert not free or set(alive) - failed_on
-
-    @rule(sending=sendings, ok=st.booleans())
-    def answer(self, sending: Dispatch, ok: bool) -> None:
-        """Any sending is answered: in time, late, once more, or without ever having arrived."""
-        self.held[sending.evaluator].discard(sending)
-        self.judge(sending, ok)
-
-    @rule(sending=consumes(sendings))
-    def forget(self, sending: Dispatch) -> None:
-        """A sending is never answered."""
-        self.held[sending.evaluator].discard(sending)
-
-    @rule(
-        trial=st.integers(0, 12),
-        attempt=st.integers(0, 5),
-        name=st.sampled_from([*NAMES, "stranger"]),
-        ok=st.booleans(),
-    )
-    def answer_from_nowhere(self, trial: int, attempt: int, name: str, ok: bool) -> None:
-        if Dispatch(trial, attempt, name) not in self.sent:
-            self.judge(Dispatch(trial, attempt, name), ok)
-
-    def judge(self, dispatch: Dispatch, ok: bool) -> None:
-        trial = dispatch.trial
-        is_open = trial < self.opened and not self.ended[trial]
-        failed_before = is_open and dispatch in self.dispatcher._open[trial].failed
-        verdict = self.dispatcher.answered(dispatch, ok=ok)
-        if not is_open:
-            assert verdict is Verdict.LATE
-        elif dispatch not in self.sent:
-            assert verdict is Verdict.UNKNOWN
-        elif ok:
-            assert verdict is Verdict.ACCEPTED
-            self.end(trial)
-        elif failed_before:
-            assert verdict is Verdict.LATE
-        else:
-            self.retries[trial] += 1
-            if verdict is Verdict.EXHAUSTED:
-                self.end(trial)
-                assert self.timeout < 1e9 or self.retries[trial] == self.max_attempts
-            else:
-                assert verdict is Verdict.RETRY
-                assert self.retries[trial] < self.max_attempts
-
-    def end(self, trial: int) -> None:
-        self.ended[trial] += 1
-        assert self.ended[trial] == 1
-        assert trial not in self.dispatcher.open_trials
-
-    @invariant()
-    @precondition(lambda self: hasattr(self, "dispatcher"))
-    def agrees_on_what_is_open(self) -> None:
-        still = {trial for trial in range(self.opened) if not self.ended[trial]}
-        assert self.dispatcher.open_trials == still
-        assert all(len(dispatches) <= 1 for dispatches in leases(self.dispatcher).values())
-
-    def teardown(self) -> None:
-        """A reliable evaluator joins, messages flow, and all trials end."""
-        if not hasattr(self, "dispatcher"):
-            return
-        healer = self.held["healer"]
-        for _ in range(20 * (self.opened + 1)):
-            self.now += 1.0
-            self.dispatcher.heard("healer", 2, [(d.trial, d.attempt) for d in healer], self.now)
-            for trial in self.dispatcher.expire(self.now)[1]:
-                self.end(trial)
-            for dispatch in list(healer):
-                healer.discard(dispatch)
-                self.judge(dispatch, ok=True)
-            for dispatch in self.dispatcher.next_dispatches(self.now):
-                self.sent.add(dispatch)
-                self.held[dispatch.evaluator].add(dispatch)
-        assert self.dispatcher.open_trials == set()
-        assert all(self.ended[trial] == 1 for trial in range(self.opened))
-
-
-AnyOrder.TestCase.settings = settings(max_examples=120, stateful_step_count=60)
-TestAnyOrder = AnyOrder.TestCase

@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import Enum
+from statistics import median
 from typing import NamedTuple
+
+# An evaluator's speed is judged by so many of its latest answers.
+_TIMES = 15
+# A trial is with so many evaluators at a time, at most.
+_MAX_LEASES = 2
+# Evaluations faster than this do not differ: messages take as long.
+_JITTER_S = 0.05
+# A straggler has been out for so many times what an idle evaluator takes, and for so many seconds.
+_STRAGGLER_FACTOR = 2.0
+_STRAGGLER_S = 1.0
 
 
 class Dispatch(NamedTuple):
@@ -27,17 +40,28 @@ class Verdict(Enum):
 
 
 @dataclass
-class _Evaluator:
-    slots: int
-    last_heard: float
-    silent: bool = False
-
-
-@dataclass
 class _Lease:
     dispatch: Dispatch
     until: float
     since: float
+
+
+@dataclass
+class _Evaluator:
+    slots: int = 0
+    last_heard: float = 0.0
+    # by (trial, attempt): what it was sent, and what it says it has, wanted or not
+    leases: dict[tuple[int, int], _Lease] = field(default_factory=dict)
+    holds: set[tuple[int, int]] = field(default_factory=set)
+    times: deque[float] = field(default_factory=lambda: deque(maxlen=_TIMES))
+    typical_s: float = math.nan
+
+    def free(self) -> int:
+        return self.slots - len(self.leases.keys() | self.holds)
+
+    def took(self, seconds: float) -> None:
+        self.times.append(seconds)
+        self.typical_s = median(self.times)
 
 
 @dataclass
@@ -48,14 +72,27 @@ class _Trial:
     unable: set[str] = field(default_factory=set)
     sent: set[Dispatch] = field(default_factory=set)
 
+    def failed_on(self) -> set[str]:
+        return {dispatch.evaluator for dispatch in self.failed}
+
 
 class Dispatcher:
     """Hands open trials to evaluators and judges their answers.
 
-    A trial goes to one evaluator at a time under a lease, which heartbeats that name it renew. A lease
-    that runs out, an evaluator that leaves or falls silent, or one that does not know of a candidate it was
-    sent, puts the trial back, to go to another evaluator if there is one. Only answers that say FAILED and
-    evaluations that take too long count against ``max_attempts``: a lost evaluator says nothing of the arm.
+    A trial goes to one evaluator under a lease, which heartbeats that name it renew. A lease that runs out, an
+    evaluator that leaves or falls silent, or one that does not know of a candidate it was sent, puts the trial
+    back, to go to another evaluator if there is one; a heartbeat that names it while it waits takes it up again.
+    Only answers that say FAILED and evaluations that take too long count against ``max_attempts``: a lost
+    evaluator says nothing of the arm.
+
+    Places go to the lowest trial first, at the fastest evaluators by a factor of two, then where most are free.
+    What an evaluator holds fills its places, whether it is still wanted or not.
+
+    **Stragglers.** An ordered study soon waits for its oldest open trial, and at its end for the last one. So
+    when nothing waits and a place is free (whoever calls has then opened all the trials it may), a trial that
+    has been out for longer than 1 s and twice what an idle evaluator typically takes (the median of its latest
+    answers) goes to that one too, the oldest trial first. No trial is with more than two evaluators at a time,
+    and of their answers the first valid one counts.
 
     Args:
         lease_s: seconds a lease lasts without a heartbeat that names its candidate.
@@ -83,7 +120,7 @@ class Dispatcher:
     @property
     def evaluators(self) -> dict[str, int]:
         """The evaluators alive and how many candidates each takes at a time."""
-        return {name: e.slots for name, e in self._evaluators.items() if not e.silent}
+        return {name: e.slots for name, e in self._evaluators.items()}
 
     @property
     def waiting(self) -> int:
@@ -105,128 +142,163 @@ class Dispatcher:
 
     def heard(self, evaluator: str, slots: int, holds: Iterable[tuple[int, int]], now: float) -> bool:
         """Take a heartbeat that names the (trial, attempt) it holds; return whether the evaluator is new."""
-        known = self._evaluators.get(evaluator)
-        new = known is None or known.silent
-        self._evaluators[evaluator] = _Evaluator(slots, now)
-        held = set(holds)
-        for trial, record in self._open.items():
-            for attempt, lease in list(record.leases.items()):
-                if lease.dispatch.evaluator != evaluator:
-                    continue
-                if (trial, attempt) in held:
-                    lease.until = now + self._lease_s
-                elif now - lease.since > self._grace_s:
-                    # Sent but not there: the message was lost, or its answer was.
-                    self._drop(trial, attempt)
+        new = evaluator not in self._evaluators
+        known = self._evaluators.setdefault(evaluator, _Evaluator())
+        known.slots, known.last_heard, known.holds = slots, now, set(holds)
+        for place, lease in list(known.leases.items()):
+            if place in known.holds:
+                lease.until = now + self._lease_s
+            elif now - lease.since > self._grace_s:
+                # Sent but not there: the message was lost, or its answer was.
+                self._drop(lease.dispatch)
+        for trial, attempt in sorted(known.holds):
+            record, dispatch = self._open.get(trial), Dispatch(trial, attempt, evaluator)
+            if record is not None and not record.leases and dispatch in record.sent - record.failed:
+                self._queue.remove(trial)
+                self._lease(dispatch, now)
         return new
 
     def left(self, evaluator: str) -> list[Dispatch]:
         """Take an evaluator's goodbye; return the dispatches that end with it."""
-        self._evaluators.pop(evaluator, None)
-        return self._release(evaluator)
+        if evaluator not in self._evaluators:
+            return []
+        ended = [lease.dispatch for lease in self._evaluators[evaluator].leases.values()]
+        for dispatch in ended:
+            self._drop(dispatch)
+        del self._evaluators[evaluator]
+        return ended
 
     def expire(self, now: float) -> tuple[list[str], list[int]]:
         """Let time pass: return the evaluators lost since, and the trials that used up their attempts."""
-        lost = []
-        for name, evaluator in list(self._evaluators.items()):
-            if now - evaluator.last_heard > self._silence_s and not evaluator.silent:
-                evaluator.silent = True
-                lost.append(name)
-                self._release(name)
+        lost = [name for name, e in self._evaluators.items() if now - e.last_heard > self._silence_s]
+        for name in lost:
+            self.left(name)
         exhausted = []
-        for trial, record in list(self._open.items()):
-            for attempt, lease in list(record.leases.items()):
-                if now - lease.since > self._timeout_s:
-                    if self._fail(lease.dispatch):
-                        exhausted.append(trial)
-                        break
-                elif now > lease.until:
-                    self._drop(trial, attempt)
+        for lease in [lease for e in self._evaluators.values() for lease in e.leases.values()]:
+            trial = lease.dispatch.trial
+            if trial not in self._open:
+                continue  # exhausted just now
+            if now - lease.since > self._timeout_s:
+                if self._fail(lease.dispatch):
+                    exhausted.append(trial)
+            elif now > lease.until:
+                self._drop(lease.dispatch)
         return lost, exhausted
 
     def next_dispatches(self, now: float) -> list[Dispatch]:
-        """Hand out queued trials, lowest number first, to the evaluators with most free places."""
-        busy = dict.fromkeys(self._evaluators, 0)
-        for record in self._open.values():
-            for lease in record.leases.values():
-                if lease.dispatch.evaluator in busy:
-                    busy[lease.dispatch.evaluator] += 1
-        free = {name: e.slots - busy[name] for name, e in self._evaluators.items() if not e.silent}
-        free = {name: places for name, places in free.items() if places > 0}
+        """Hand out queued trials, lowest number first, then stragglers once more; see the class."""
+        free = {name: places for name, e in self._evaluators.items() if (places := e.free()) > 0}
+        if not free:
+            return []
         sent = []
         for trial in list(self._queue):
-            if not free:
-                break
             record = self._open[trial]
             # An evaluator it failed on comes last, and is left out while another is alive.
+            failed_on = record.failed_on()
             able = [name for name in free if name not in record.unable]
-            failed_on = {dispatch.evaluator for dispatch in record.failed}
             fit = [name for name in able if name not in failed_on]
-            if not fit and any(name not in failed_on | record.unable for name in self.evaluators):
+            if not fit and any(name not in failed_on | record.unable for name in self._evaluators):
                 continue
-            if not able:
-                continue
-            name = min(fit or able, key=lambda e: (-free[e], e))
-            record.attempts += 1
-            dispatch = Dispatch(trial, record.attempts, name)
-            record.leases[dispatch.attempt] = _Lease(dispatch, now + self._lease_s, now)
-            record.sent.add(dispatch)
-            self._queue.remove(trial)
-            free[name] -= 1
-            if not free[name]:
-                del free[name]
-            sent.append(dispatch)
+            if able:
+                self._queue.remove(trial)
+                sent.append(self._send(trial, fit or able, free, now))
+        for trial in sorted(self._open):
+            if fit := [name for name in free if self._is_straggler(self._open[trial], name, now)]:
+                sent.append(self._send(trial, fit, free, now))
         return sent
 
-    def answered(self, dispatch: Dispatch, *, ok: bool, unable: bool = False) -> Verdict:
+    def answered(self, dispatch: Dispatch, now: float, *, ok: bool, unable: bool = False) -> Verdict:
         """Judge an answer: the first one that is ``ok`` of any sending of an open trial counts.
 
         Without ``ok`` the answer says that this evaluator could not do it. If it was ``unable`` to, whatever
         the arm, that does not count against the trial, which will not go to it again.
         """
+        if dispatch.evaluator in self._evaluators:
+            self._evaluators[dispatch.evaluator].holds.discard((dispatch.trial, dispatch.attempt))
         record = self._open.get(dispatch.trial)
         if record is None:
             return Verdict.LATE
         if dispatch not in record.sent:
             return Verdict.UNKNOWN
         if ok:
+            for lease in record.leases.values():
+                # One that was overtaken would have taken longer still, which says enough of it.
+                self._evaluators[lease.dispatch.evaluator].took(now - lease.since)
+            self._drop(dispatch)
             self.close(dispatch.trial)
             return Verdict.ACCEPTED
         if dispatch in record.failed:
             return Verdict.LATE
         if unable:
             record.unable.add(dispatch.evaluator)
-            self._drop(dispatch.trial, dispatch.attempt)
+            self._drop(dispatch)
             return Verdict.RETRY
         return Verdict.EXHAUSTED if self._fail(dispatch) else Verdict.RETRY
 
     def close(self, trial: int) -> None:
         """End a trial: no answer to it counts from now on."""
-        self._open.pop(trial, None)
+        record = self._open.pop(trial, None)
+        if record is None:
+            return
         if trial in self._queue:
             self._queue.remove(trial)
+        for attempt, lease in record.leases.items():
+            evaluator = self._evaluators[lease.dispatch.evaluator]
+            del evaluator.leases[trial, attempt]
+            evaluator.holds.add((trial, attempt))  # until its next heartbeat says otherwise
 
-    def _release(self, evaluator: str) -> list[Dispatch]:
-        ended = []
-        for trial, record in self._open.items():
-            for attempt, lease in list(record.leases.items()):
-                if lease.dispatch.evaluator == evaluator:
-                    ended.append(lease.dispatch)
-                    self._drop(trial, attempt)
-        return ended
+    def _typical_s(self, name: str) -> float:
+        """Return what an evaluation takes on an evaluator, or on the median one if it has not answered yet."""
+        own = self._evaluators[name].typical_s
+        if not math.isnan(own):
+            return own
+        known = [e.typical_s for e in self._evaluators.values() if not math.isnan(e.typical_s)]
+        return median(known) if known else math.inf
 
-    def _drop(self, trial: int, attempt: int) -> None:
+    def _is_straggler(self, record: _Trial, name: str, now: float) -> bool:
+        """Return whether a trial shall go to an idle evaluator too."""
+        if not 0 < len(record.leases) < _MAX_LEASES:
+            return False
+        asked = {lease.dispatch.evaluator for lease in record.leases.values()} | record.failed_on() | record.unable
+        since = min(lease.since for lease in record.leases.values())
+        patience_s = max(_STRAGGLER_S, _STRAGGLER_FACTOR * self._typical_s(name))
+        return name not in asked and now - since > patience_s
+
+    def _send(self, trial: int, fit: list[str], free: dict[str, int], now: float) -> Dispatch:
+        """Send a trial to the best of the evaluators ``fit``, and take its place from ``free``."""
+        times = {name: max(_JITTER_S, self._typical_s(name)) for name in fit}
+        fastest = min(times.values())
+        slower = {name: int(math.log2(times[name] / fastest)) if math.isfinite(fastest) else 0 for name in fit}
+        name = min(fit, key=lambda e: (slower[e], -free[e], e))
+        free[name] -= 1
+        if not free[name]:
+            del free[name]
         record = self._open[trial]
-        record.leases.pop(attempt, None)
-        if not record.leases and trial not in self._queue:
-            self._queue.append(trial)
+        record.attempts += 1
+        dispatch = Dispatch(trial, record.attempts, name)
+        record.sent.add(dispatch)
+        self._lease(dispatch, now)
+        return dispatch
+
+    def _lease(self, dispatch: Dispatch, now: float) -> None:
+        lease = _Lease(dispatch, now + self._lease_s, now)
+        self._open[dispatch.trial].leases[dispatch.attempt] = lease
+        self._evaluators[dispatch.evaluator].leases[dispatch.trial, dispatch.attempt] = lease
+
+    def _drop(self, dispatch: Dispatch) -> None:
+        """End a lease, if it has not ended yet; without any, the trial waits again."""
+        record = self._open[dispatch.trial]
+        if record.leases.pop(dispatch.attempt, None) is not None:
+            self._evaluators[dispatch.evaluator].leases.pop((dispatch.trial, dispatch.attempt), None)
+        if not record.leases and dispatch.trial not in self._queue:
+            self._queue.append(dispatch.trial)
             self._queue.sort()
 
     def _fail(self, dispatch: Dispatch) -> bool:
         record = self._open[dispatch.trial]
         record.failed.add(dispatch)
+        self._drop(dispatch)
         if len(record.failed) >= self._max_attempts:
             self.close(dispatch.trial)
             return True
-        self._drop(dispatch.trial, dispatch.attempt)
         return False

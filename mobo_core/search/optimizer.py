@@ -124,7 +124,7 @@ class Optimizer:
             self.answers_unused += 1
             return
         self._bag.append_raw("evaluations", "Evaluation", data)
-        if not self._judge(evaluation):
+        if not self._judge(evaluation, now):
             self.answers_unused += 1
             self._unused_of[trial] = self._unused_of.get(trial, 0) + 1
         self.tick(now)
@@ -203,7 +203,7 @@ class Optimizer:
             self._open(self.study.asked[number], sent[number])
         for evaluation in past.evaluations:
             if int(evaluation.trial) >= len(self.study.told):
-                self._judge(evaluation)
+                self._judge(evaluation, 0.0)  # no lease of that time is left to measure
         self.best = past.best
         self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {len(self._answers)} answered")
         if self.controls.paused:
@@ -239,7 +239,7 @@ class Optimizer:
         self.resent += dispatch.attempt > 1
         self._publish("candidates", self._bag.append("candidates", candidate))
 
-    def _judge(self, evaluation: Any) -> bool:
+    def _judge(self, evaluation: Any, now: float) -> bool:
         """Let the dispatcher judge an answer; return whether it changed anything."""
         kinds = message_type("Evaluation")
         trial = int(evaluation.trial)
@@ -247,7 +247,7 @@ class Optimizer:
         fault = evaluation_fault(evaluation, self.settings.spec.n_voxels) if evaluation.status == kinds.OK else ""
         ok = not fault and evaluation.status in (kinds.OK, kinds.REJECTED)
         unable = evaluation.status == kinds.FAILED and evaluation.reason.startswith(UNABLE)
-        verdict = self._dispatcher.answered(dispatch, ok=ok, unable=unable)
+        verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable)
         reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
         if verdict is Verdict.ACCEPTED:
             failed = evaluation.status == kinds.REJECTED

@@ -1,0 +1,25 @@
+"""The state machines of dispatch with many more examples, other ones each time."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import HealthCheck, settings
+from test_dispatch_machine import AnyMessages, AnyOrder
+
+pytestmark = pytest.mark.timeout(900)
+
+_MANY = settings(stateful_step_count=80, derandomize=False, suppress_health_check=list(HealthCheck))
+
+
+class MoreOrders(AnyOrder):
+    """As there."""
+
+
+class MoreMessages(AnyMessages):
+    """As there."""
+
+
+MoreOrders.TestCase.settings = settings(_MANY, max_examples=2000)
+TestMoreOrders = MoreOrders.TestCase
+MoreMessages.TestCase.settings = settings(_MANY, max_examples=150)
+TestMoreMessages = MoreMessages.TestCase
