@@ -6,6 +6,7 @@ Nodes publish and receive these bytes as they are, and bags hold them as they we
 from __future__ import annotations
 
 import functools
+import struct
 import time
 from typing import Any, NamedTuple
 
@@ -83,6 +84,47 @@ def decode(kind: str, data: bytes) -> Any:
         return typestore().deserialize_cdr(data, f"mobo_msgs/msg/{kind}")
     except Exception as error:  # rosbags raises whatever its generated code meets
         raise InputError(f"not readable ({error!r:.80})", where=kind, expected="a CDR message") from None
+
+
+class Address(NamedTuple):
+    """Which question a Candidate or an Evaluation is about."""
+
+    study: str
+    trial: int
+    attempt: int
+    evaluator: str
+
+
+def address(data: bytes) -> Address:
+    """Return what a Candidate or an Evaluation begins with, as :func:`decode` would, without reading the rest.
+
+    Raises:
+        InputError: the bytes do not begin so.
+    """
+    try:
+        if data[:2] not in (b"\0\0", b"\0\1"):
+            raise IndexError("no CDR")
+        order = "<" if data[1] else ">"
+        (frame,) = struct.unpack_from(order + "I", data, 12)  # behind encapsulation and stamp
+        study, at = _text(data, _aligned(16 + frame), order)
+        trial, attempt = struct.unpack_from(order + "II", data, _aligned(at))
+        evaluator, _ = _text(data, _aligned(at) + 8, order)
+    except (IndexError, struct.error, UnicodeDecodeError) as error:
+        raise InputError(f"not readable ({error!r:.80})", where="message", expected="a CDR message") from None
+    return Address(study, trial, attempt, evaluator)
+
+
+def _aligned(at: int) -> int:
+    return at + 3 & ~3
+
+
+def _text(data: bytes, at: int, order: str) -> tuple[str, int]:
+    """Return the string at a place, and the place behind it."""
+    (size,) = struct.unpack_from(order + "I", data, at)
+    end = at + 4 + size
+    if not size or end > len(data) or data[end - 1]:
+        raise IndexError(f"string of {size} bytes at {at}")
+    return data[at + 4 : end - 1].decode(), end
 
 
 def header(time_ns: int | None = None) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import struct
 from typing import Any
@@ -15,7 +16,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from mobo_core import messages
 from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec
-from mobo_core.messages import TOPICS, decode, encode, header, make, spec_from_message, spec_to_message
+from mobo_core.messages import TOPICS, address, decode, encode, header, make, spec_from_message, spec_to_message
 from mobo_core.resources import message_folder
 
 KINDS = ["EvaluationSpec", "OptimizerStatus", *TOPICS.values()]
@@ -202,3 +203,43 @@ def test_every_kind_is_readable_with_rosbags_alone() -> None:
 def test_every_message_has_a_topic() -> None:
     """Every message file belongs to a recorded topic, to the spec or to the claims of optimizers."""
     assert {path.stem for path in message_folder().glob("*.msg")} == set(KINDS)
+
+
+questions = st.sampled_from(["Candidate", "Evaluation"]).flatmap(
+    lambda kind: st.tuples(st.just(kind), messages_of(kind))
+)
+
+
+def both(kind: str, data: bytes) -> tuple[Any, Any]:
+    """Return the address of a message by :func:`address` and by decoding it all; None where it is refused."""
+    found = []
+    for read in (address, functools.partial(decode, kind)):
+        try:
+            message = read(data)
+            found.append((message.study, message.trial, message.attempt, message.evaluator))
+        except InputError:
+            found.append(None)
+    return found[0], found[1]
+
+
+@given(questions, st.data())
+def test_address_is_that_of_the_whole_message(case: tuple[str, Any], data: st.DataObject) -> None:
+    """The address read from the first bytes is the decoded message's, in damaged messages that decode, too."""
+    kind, message = case
+    store = messages.typestore()
+    whole = bytearray(store.serialize_cdr(message, message.__msgtype__, little_endian=data.draw(st.booleans())))
+    start, decoded = both(kind, bytes(whole))
+    assert start == decoded == (message.study, message.trial, message.attempt, message.evaluator)
+    for _ in range(data.draw(st.integers(1, 4))):
+        # Most of them where the address is.
+        last = data.draw(st.sampled_from([80, len(whole)]))
+        whole[data.draw(st.integers(0, min(last, len(whole)) - 1))] = data.draw(st.integers(0, 255))
+    start, decoded = both(kind, bytes(whole))
+    assert decoded is None or start == decoded
+
+
+@given(st.binary(max_size=100))
+@example(b"\0\1\0\0" + b"\xff" * 96)
+def test_address_of_garbage(garbage: bytes) -> None:
+    """Any bytes at all give an address or an InputError, nothing else."""
+    both("Candidate", garbage)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import os
+import selectors
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import Connection
 from typing import Any
 
 from mobo_core.evaluation.answer import Answering
@@ -51,6 +52,7 @@ class WorkerPool:
         self._failed_starts = 0
         self.restarts = 0  # workers replaced so far
         self._waiting: list[Any] = []
+        self._selector = selectors.DefaultSelector()
         self._workers = [self._start() for _ in range(workers)]
 
     def __len__(self) -> int:
@@ -76,6 +78,11 @@ class WorkerPool:
         self._waiting.append(candidate)
         self._feed()
 
+    @property
+    def waiting(self) -> int:
+        """Number of candidates that wait for a worker."""
+        return len(self._waiting)
+
     def drop(self, keep: Callable[[Any], bool]) -> None:
         """Forget the waiting candidates that ``keep`` does not hold for."""
         self._waiting = [candidate for candidate in self._waiting if keep(candidate)]
@@ -83,8 +90,8 @@ class WorkerPool:
     def wait(self, timeout: float) -> bool:
         """Wait up to ``timeout`` seconds for something to :meth:`collect`; may be called from another thread."""
         try:
-            return bool(wait([worker.connection for worker in list(self._workers)], timeout))
-        except OSError:  # collect() replaces a worker just now
+            return bool(self._selector.select(timeout))
+        except (OSError, KeyError, ValueError):  # collect() replaces a worker just now
             return True
 
     def collect(self) -> list[bytes]:
@@ -94,9 +101,10 @@ class WorkerPool:
             RuntimeError: the workers cannot start.
         """
         answers: list[bytes] = []
+        ready = {key.fileobj for key, _ in self._selector.select(0)}
         for i, worker in enumerate(self._workers):
             try:
-                while worker.connection.poll():
+                if worker.connection in ready:
                     data = worker.connection.recv_bytes()
                     if worker.ready:
                         answers.append(data)
@@ -119,6 +127,7 @@ class WorkerPool:
         for worker in self._workers:
             worker.process.wait()
         self._workers = []
+        self._selector.close()
 
     def _start(self) -> _Worker:
         ours, theirs = socket.socketpair()
@@ -129,6 +138,7 @@ class WorkerPool:
         # If it has died already, collect() finds out.
         with contextlib.suppress(OSError):
             connection.send(self.answering)
+        self._selector.register(connection, selectors.EVENT_READ)
         return _Worker(process, connection)
 
     def _replace(self, i: int, reason: str) -> list[bytes]:
@@ -139,6 +149,7 @@ class WorkerPool:
                 worker.process.wait(1.0)
         worker.process.kill()
         code = worker.process.wait()
+        self._selector.unregister(worker.connection)
         worker.connection.close()
         if not worker.ready:
             self._failed_starts += 1

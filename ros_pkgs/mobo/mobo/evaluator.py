@@ -9,18 +9,18 @@ import sys
 import threading
 from typing import Any, get_args
 
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.node import Node
 
 from mobo.diagnostics import publish_health
 from mobo.parameters import EVALUATOR, declare, help_text
-from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, run
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, light_executor, run
 from mobo_core import __version__
 from mobo_core.errors import InputError, StudyError
 from mobo_core.evaluation.answer import AnswerEngine, Answering, host_id
 from mobo_core.evaluation.pool import WorkerPool
 from mobo_core.health import Health, evaluator_health
-from mobo_core.messages import decode, encode, make, message_type
+from mobo_core.messages import address, decode, encode, make, message_type
 from mobo_core.settings import choices
 from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, Trial
 
@@ -40,6 +40,7 @@ class _Evaluator:
         self._answered = 0
         self._announced = False
         self.collected = threading.Event()
+        self.failure: Exception | None = None
         self._kinds = message_type("EvaluatorStatus")
         self._evaluations = node.create_publisher(Evaluation, "evaluations", MESSAGES_QOS)
         self._status = node.create_publisher(EvaluatorStatus, "evaluators", MESSAGES_QOS)
@@ -56,16 +57,20 @@ class _Evaluator:
 
     def _on_candidate(self, data: bytes) -> None:
         try:
+            if address(data).evaluator != self._node.get_name():
+                return
             candidate = decode("Candidate", data)
         except InputError as error:
             self._node.get_logger().warning(f"candidate ignored: {error}", throttle_duration_sec=1.0)
             return
         # What comes before the first heartbeat was meant for an earlier node of this name.
-        if candidate.evaluator == self._node.get_name() and self._announced:
+        if self._announced:
             self._pool.submit(candidate)
 
     def _on_trial(self, data: bytes) -> None:
         # A candidate that still waits for a worker while its trial is told elsewhere is no longer needed.
+        if not self._pool.waiting:
+            return
         try:
             told = decode("Trial", data)
         except InputError:
@@ -73,12 +78,17 @@ class _Evaluator:
         self._pool.drop(lambda c: not (c.study == told.study and c.trial == told.trial))
 
     def collect(self) -> None:
-        """Publish the answers that came in from workers."""
+        """Publish the answers that came in from workers; keep what goes wrong in ``failure``."""
         try:
-            answers = self._pool.collect()
+            self._collect()
         except RuntimeError as error:
-            raise StudyError(str(error)) from None
+            self.failure = StudyError(str(error))
+        except Exception as error:
+            self.failure = error
         self.collected.set()
+
+    def _collect(self) -> None:
+        answers = self._pool.collect()
         for answer in answers:
             self._evaluations.publish(answer)
             self._answered += 1
@@ -117,7 +127,7 @@ class _Evaluator:
         self._status.publish(encode(status))
 
 
-def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+def _body(node: Node, executor: Executor, stop: Stop) -> int:
     values = declare(node, EVALUATOR)
     if values["engine"] not in get_args(AnswerEngine):
         raise InputError(repr(values["engine"]), where="parameter engine", expected=choices(AnswerEngine))
@@ -125,14 +135,13 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
     pool = WorkerPool(answering, values["workers"], values["evaluation_timeout_s"])
     evaluator = _Evaluator(node, pool, values)
     # One thread does nothing but wait for workers; all else happens on the executor's.
-    something = node.create_guard_condition(evaluator.collect)
     closing = threading.Event()
 
     def watch() -> None:
         while not closing.is_set():
             pool.wait(0.5)
             evaluator.collected.clear()
-            something.trigger()
+            executor.create_task(evaluator.collect)
             evaluator.collected.wait(1.0)
 
     watcher = threading.Thread(target=watch, daemon=True)
@@ -140,6 +149,8 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
     try:
         while not stop:
             executor.spin_once(timeout_sec=0.1)
+            if evaluator.failure is not None:
+                raise evaluator.failure
         evaluator.leave()
         return 0
     finally:
@@ -151,7 +162,7 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
 def main() -> int:
     """Run the node; return its exit code."""
     host = re.sub(r"\W", "_", socket.gethostname(), flags=re.ASCII)
-    return run(f"evaluator_{host}_{os.getpid()}", HELP, _body)
+    return run(f"evaluator_{host}_{os.getpid()}", HELP, _body, light_executor)
 
 
 if __name__ == "__main__":
