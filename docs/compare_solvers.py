@@ -29,9 +29,10 @@ from mobo_core.analysis.bench import DESIGNS
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation import EvaluationSpec, load_spec, with_ik
 from mobo_core.evaluation.chain import Array, chain_from_urdf
-from mobo_core.evaluation.evaluate import Engine, evaluate, solve_poses
+from mobo_core.evaluation.evaluate import evaluate, solve_poses
 from mobo_core.evaluation.numerics import target_rotation
 from mobo_core.evaluation.reference import ReferenceModel
+from mobo_core.evaluation.result import Engine
 
 COMPARED = (DESIGNS[0], DESIGNS[2], DESIGNS[9])
 FREE = load_spec("mobo").model_copy(update={"self_collision": False})  # the others know nothing of collisions

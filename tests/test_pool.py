@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from arms import HANDED_ARM, arm, small_spec
 
-from mobo_core.evaluation import EvaluationSpec, answer
+from mobo_core.evaluation import EvaluationSpec
 from mobo_core.evaluation.answer import Answering
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.evaluation.pool import WorkerPool
@@ -272,7 +272,7 @@ def test_the_unforeseen_is_a_failure(monkeypatch: pytest.MonkeyPatch, capfd: pyt
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("of all things")
 
-    monkeypatch.setattr(answer, "evaluate", broken)
+    monkeypatch.setattr("mobo_core.evaluation.evaluate.evaluate", broken)
     given = Answering("e").answer(candidate())
     assert (given.status, given.reason) == (FAILED, "ZeroDivisionError: of all things")
     assert "Traceback" in capfd.readouterr().err
@@ -286,7 +286,7 @@ def test_a_failed_audit_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:
         result.audit_fault = "audit: voxel 1, pose 2: torque off by 1 N m"
         return result
 
-    monkeypatch.setattr(answer, "evaluate", doubtful)
+    monkeypatch.setattr("mobo_core.evaluation.evaluate.evaluate", doubtful)
     given = Answering("e").answer(candidate())
     assert (given.status, given.reason) == (FAILED, "audit: voxel 1, pose 2: torque off by 1 N m")
     assert len(given.voxel_reach) == 0
@@ -310,3 +310,16 @@ def test_reference_engine_and_threads() -> None:
     assert (threaded.reach, threaded.torque) == (kernel.reach, kernel.torque)
     assert reference.reach == kernel.reach
     assert reference.torque == pytest.approx(kernel.torque, abs=1e-6)
+
+
+def test_an_evaluator_and_simulated_workers_need_no_heavy_libraries() -> None:
+    """What they import starts in a fraction of the time that Numba, Pinocchio and Optuna take."""
+    program = (
+        "import sys\n"
+        "from mobo_core.evaluation import pool, worker\n"
+        "from mobo_core.evaluation.answer import Answering\n"
+        "Answering('e', 'simulated').load()\n"
+        "print(sorted({'numba', 'pinocchio', 'coal', 'optuna', 'scipy'} & sys.modules.keys()))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

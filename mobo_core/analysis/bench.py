@@ -7,7 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 from mobo_core.design import Design, DesignSpace, to_urdf
-from mobo_core.evaluation.evaluate import Postures, Result, evaluate
+from mobo_core.evaluation.evaluate import evaluate
+from mobo_core.evaluation.result import Postures, Result
 from mobo_core.evaluation.spec import EvaluationSpec, with_ik
 
 # Arms of the paper's and of known structures, with spread and with concentrated lengths.

@@ -15,7 +15,7 @@ import numpy as np
 
 from mobo_core import __version__
 from mobo_core.errors import InputError, UnableError
-from mobo_core.evaluation.evaluate import Engine, Result, evaluate
+from mobo_core.evaluation.result import Engine, Result
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.messages import SCHEMA_VERSION, UNABLE, make, message_type, spec_from_message
 
@@ -49,6 +49,14 @@ class Answering:
     engine: AnswerEngine = "kernel"
     threads: int = 1
     simulated_s: float = 0.1
+
+    def load(self) -> None:
+        """Import and compile all that answers need. Libraries that a simulated evaluation does without stay out."""
+        if self.engine != "simulated":
+            from mobo_core.evaluation import evaluate  # noqa: F401
+            from mobo_core.evaluation.compiled import kernel
+
+            kernel()
 
     def answer(self, candidate: Any) -> Any:
         """Return the Evaluation of a Candidate.
@@ -91,6 +99,8 @@ class Answering:
     def _evaluate(self, candidate: Any, spec: EvaluationSpec) -> Result:
         if self.engine == "simulated":
             return simulated(candidate.urdf, spec, self.simulated_s)
+        from mobo_core.evaluation.evaluate import evaluate
+
         engine: Engine = self.engine
         return evaluate(
             candidate.urdf,

@@ -13,7 +13,7 @@ from mobo_core.evaluation.numerics import STREAM_AUDIT, pick, target_rotation
 from mobo_core.evaluation.spec import EvaluationSpec
 
 if TYPE_CHECKING:
-    from mobo_core.evaluation.evaluate import Postures
+    from mobo_core.evaluation.result import Postures
 
 TORQUE_TOLERANCE = 1e-9  # N m
 _SLACK = 1e-9  # m, rad: rounding at the edge of a tolerance

@@ -24,10 +24,7 @@ def main() -> None:
 
     try:
         answering: Answering = connection.recv()
-        if answering.engine != "simulated":
-            from mobo_core.evaluation.compiled import kernel
-
-            kernel()
+        answering.load()
         connection.send_bytes(b"ready")
         while True:
             candidate = decode("Candidate", connection.recv_bytes())
