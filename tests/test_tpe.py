@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
+import os
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -300,3 +304,29 @@ def test_history_looks_at_each_finished_trial_once() -> None:
     sampler._history.update(study, -1)
     assert len(fetched) <= 1
     assert sampler._history.count == 40
+
+
+def fingerprint() -> str:
+    """Return a hash of all bits of two studies' parameters."""
+    drawn = []
+    for rules in RULES.values():
+        sampler = FastTPESampler(n_startup_trials=golden.STARTUP, **rules)
+
+        def sampler_of(number: int, sampler: FastTPESampler = sampler) -> FastTPESampler:
+            sampler.reseed(number)
+            return sampler
+
+        drawn += golden.run_study(sampler_of)[1]
+    return hashlib.sha256(repr(drawn).encode()).hexdigest()
+
+
+@pytest.mark.timeout(300)
+def test_bits_of_the_plainest_processor(tmp_path: Path) -> None:
+    """What is drawn with functions compiled for the plainest of processors is, to the bit, what is drawn here."""
+    plainest = {"NUMBA_CPU_NAME": "x86-64-v2", "NPY_DISABLE_CPU_FEATURES": "AVX512F", "MOBO_CACHE": str(tmp_path)}
+    command = [sys.executable, "-c", "import test_tpe; print(test_tpe.fingerprint())"]
+    run = subprocess.run(
+        command, env={**os.environ, **plainest}, cwd=Path(__file__).parent, capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.strip() == fingerprint()
