@@ -40,6 +40,7 @@ class History:
         order: numbers of the complete trials, sorted by loss; the first ``count`` entries hold.
         count: number of complete trials.
         space: distributions that all complete trials share, by name in alphabetical order.
+        changes: grows with every change of what is known of any trial.
         odd: whether a trial was pruned or has a value that is not finite: then these arrays do not tell all.
     """
 
@@ -47,7 +48,7 @@ class History:
         self.columns: dict[str, int] = {}
         self.values = np.empty((0, 0))
         self.loss, self.order = np.empty((0, 2)), np.empty(0, np.int64)
-        self.count = 0
+        self.count = self.changes = 0
         self.odd = False
         self._state = np.empty(0, np.int8)
         self._space: dict[str, BaseDistribution] | None = None
@@ -77,9 +78,11 @@ class History:
                 continue
             trial = storage.get_trial(trial_id)
             if trial.state.is_finished():
+                self.changes += 1
                 del self._open[number]
                 self._finish(study, trial)
             elif len(trial.params) != known:
+                self.changes += 1
                 self._set_row(trial)
                 self._state[number] = _PENDING
                 self._open[number] = (trial_id, len(trial.params))

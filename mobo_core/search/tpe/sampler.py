@@ -89,7 +89,8 @@ class FastTPESampler(TPESampler):
         self._good_weights = good_weights
         self._bandwidth: Bandwidth = bandwidth if multivariate else "neighbours"
         self._history = History()
-        self._split_at: tuple[int, Any, Any] = (-1, None, None)  # complete trials, and what they split into
+        # The history's changes, and what :meth:`_split` made of them.
+        self._split_at: tuple[int, tuple[Any, Any, Any]] = (-1, (None, None, None))
 
     def reseed(self, seed: int) -> None:
         """Begin a new random stream."""
@@ -125,30 +126,25 @@ class FastTPESampler(TPESampler):
 
     def estimators(self, search_space: dict[str, BaseDistribution]) -> tuple[Estimator, Estimator]:
         """Return the densities of the good and of the other trials, as of the last trial drawn."""
-        history, space = self._history, Space(search_space)
-        rows = history.rows(pending=self._constant_liar)
-        good, weight = self._split()
-        is_good = good[rows]
+        space, names = Space(search_space), list(search_space)
+        good, weight, others = self._split()
         # A trial without one of the parameters says nothing of them.
-        best = history.with_all(rows[is_good], list(search_space))
-        others = history.with_all(rows[~is_good], list(search_space))
-        return self._estimator(space, best, weight[best]), self._estimator(space, others, self._weights(len(others)))
+        good, others = self._history.with_all(good, names), self._history.with_all(others, names)
+        return self._estimator(space, good, weight[good]), self._estimator(space, others, self._weights(len(others)))
 
-    def _split(self) -> tuple[Any, Any]:
-        """Return (whether it is good, its weight if so) by trial number."""
+    def _split(self) -> tuple[Any, Any, Any]:
+        """Return the numbers of the good trials, weights by trial number, and the numbers of the other trials."""
         history = self._history
-        if self._split_at[0] != history.count:
-            good = np.zeros(len(history.values), bool)
-            good_trials(history.order, history.count, history.loss, self._gamma(history.count), good)
-            weight = np.ones(len(good))
+        if self._split_at[0] != history.changes:
+            is_good = np.zeros(len(history.values), bool)
+            good_trials(history.order, history.count, history.loss, self._gamma(history.count), is_good)
+            weight = np.ones(len(is_good))
             if self._good_weights == "hypervolume":
-                hypervolume_weights(history.order, history.count, history.loss, good, weight)
-            self._split_at = (history.count, good, weight)
-        _, good, weight = self._split_at
-        if len(good) < len(history.values):  # trials have begun since
-            more = len(history.values) - len(good)
-            good, weight = np.append(good, np.zeros(more, bool)), np.append(weight, np.ones(more))
-        return good, weight
+                hypervolume_weights(history.order, history.count, history.loss, is_good, weight)
+            rows = history.rows(pending=self._constant_liar)
+            others = rows[~is_good[rows]]
+            self._split_at = (history.changes, (np.flatnonzero(is_good), weight, others))
+        return self._split_at[1]
 
     def _estimator(self, space: Space, rows: Any, weight: Any) -> Estimator:
         codes, mu = self._history.gathered(rows, space.categorical), self._history.gathered(rows, space.real)
