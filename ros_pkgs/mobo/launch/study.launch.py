@@ -21,7 +21,7 @@ _OPTIMIZER = {
     "n_joints": ("6", "joints of an arm"),
     "sampler": ("tpe", "tpe, paper or random"),
     "seed": ("0", "of the sampler"),
-    "in_flight": ("8", "trials asked before the first of them is told"),
+    "in_flight": ("", "trials asked before the first of them is told"),
     "spec": ("paper", "a preset or a YAML file"),
     "bag": ("", "folder of the bag; empty: bags/<study_name>"),
     "resume": ("true", "continue the bag if it exists"),
