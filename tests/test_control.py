@@ -126,7 +126,7 @@ def test_verify_accepts_enqueued_arms_and_no_others(tmp_path: Path, capsys: pyte
     """A command whose parameters, trial or lengths were changed is found."""
     from test_verify import tampered
 
-    settings = {"spec": {"poses_per_voxel": 1, "restarts": 0, "iterations": 5}, **TPE}
+    settings = {"spec": {"poses_per_voxel": 1, "restarts": 0, "iterations": 5}, "sampler": "random", "in_flight": 4}
     bag = run_study(tmp_path / "bag", 16, settings=settings, engine="kernel", meanwhile=_enqueue_at(6))
     assert mobo("verify", bag) == 0, capsys.readouterr().out
 
@@ -196,15 +196,20 @@ def test_a_command_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         Controls("s", DesignSpace(), lambda c: None).repeat([command], 3)
 
 
-def _control(nodes: Nodes, *words: str, namespace: str = "/") -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "mobo.control", *words, "--ros-args", "-r", f"__ns:={namespace}"]
+def _control(nodes: Nodes, *words: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "mobo.control", *words]
     return subprocess.run(command, env=nodes.environment, capture_output=True, text=True, timeout=60, check=False)
 
 
 @pytest.mark.ros
 def test_commands_over_ros(nodes: Nodes, tmp_path: Path) -> None:
-    """Pause, enqueue, status, resume and stop a study, killed in between; its bag holds the commands and verifies."""
+    """Pause, enqueue, status, resume and stop a study, killed in between; its bag holds the commands and verifies.
+
+    Meanwhile one who commands an empty namespace is told so in one line, with exit code 1.
+    """
     bag = tmp_path / "bag"
+    command = [sys.executable, "-m", "mobo.control", "pause", "--ros-args", "-r", "__ns:=/nobody"]
+    lonely = subprocess.Popen(command, env=nodes.environment, stderr=subprocess.PIPE, text=True)
     optimizer = nodes.optimizer(bag, n_trials=100_000, sampler="random", in_flight=2)
     nodes.start("evaluator", workers=2)  # as many as are in flight: what is asked is sent
     wait_for(lambda: told_so_far(bag) >= 3, "3 trials")
@@ -228,6 +233,8 @@ def test_commands_over_ros(nodes: Nodes, tmp_path: Path) -> None:
     assert [command.command for command in study.commands] == ["pause", "enqueue", "resume", "stop"]
     assert study.candidate_of(told).sampled_joints == ARM[0]
     assert mobo("verify", "--sample", 2, bag) == 0
+    said = lonely.communicate(timeout=60)[1]
+    assert lonely.returncode == 1 and said.count("\n") == 1 and "/nobody" in said, said
 
 
 @pytest.mark.parametrize(
@@ -243,10 +250,3 @@ def test_words_that_mean_no_command(words: list[str]) -> None:
     with pytest.raises(InputError) as error:
         control.request(words)
     assert "\n" not in str(error.value) and error.value.exit_code == 2
-
-
-@pytest.mark.ros
-def test_nobody_there(nodes: Nodes) -> None:
-    """No optimizer in the namespace: one line that names it, exit code 1."""
-    done = _control(nodes, "pause", namespace="/nobody")
-    assert done.returncode == 1 and done.stderr.count("\n") == 1 and "/nobody" in done.stderr, done

@@ -40,6 +40,8 @@ class StudyProgress:
                 f"reach {status.best_reach:.1f}  hypervolume {status.hypervolume:.4f}  "
                 f"front {status.front_size}  {status.evaluators} evaluators"
             )
+        if status.state == message_type("StudyStatus").PAUSED:
+            text = f"paused  {text}"
         if status.failed:
             text += f"  {status.failed} failed"
         if self._bar is not None:
