@@ -70,25 +70,6 @@ def test_evaluator_killed_midway_changes_nothing(nodes: Nodes, tmp_path: Path, u
     assert values(bag) == undisturbed
 
 
-def test_optimizer_killed_and_resumed_changes_nothing(
-    nodes: Nodes, tmp_path: Path, undisturbed: list[object]
-) -> None:
-    bag = tmp_path / "bag"
-    evaluator = nodes.start("evaluator", workers=1)
-    for told in (10, 25):
-        optimizer = nodes.optimizer(bag, n_trials=N, n_startup_trials=15, resume=True)
-        wait_for(lambda told=told: told_so_far(bag) >= told, f"{told} trials")
-        optimizer.kill()
-        optimizer.wait()
-    optimizer = nodes.optimizer(bag, n_trials=N, n_startup_trials=15, resume=True)
-    assert finish(optimizer) == 0, output(optimizer)
-    assert evaluator.poll() is None
-    assert values(bag) == undisturbed
-    assert len(list(bag.glob("*.mcap"))) == 3
-    with AnyReader([bag]) as reader:
-        assert reader.message_count > 3 * N
-
-
 def test_more_trials_later_are_the_trials_of_one_go(nodes: Nodes, tmp_path: Path, undisturbed: list[object]) -> None:
     bag = tmp_path / "bag"
     assert finish(nodes.study(bag, n_trials=N - 12, n_startup_trials=15)) == 0

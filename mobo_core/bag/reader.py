@@ -104,7 +104,9 @@ def stream(content: FileContent) -> Iterator[Entry]:
 def _entries(file: IO[bytes], content: FileContent) -> Iterator[Entry]:
     schemas: dict[int, records.Schema] = {}
     channels: dict[int, tuple[str, Channel]] = {}
-    reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=_MAX_RECORD_BYTES)
+    # No record is longer than the file: a damaged length shall not fill the memory.
+    limit = min(_MAX_RECORD_BYTES, content.path.stat().st_size)
+    reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=limit)
     for outer in reader.records:
         for record in _opened(outer):
             if isinstance(record, records.Schema):

@@ -12,6 +12,8 @@ from types import FrameType
 
 # A study stays on its own host unless its user says otherwise; read by the middleware when it starts.
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+# Fast DDS's shared memory outlives a killed node in /dev/shm; UDP leaves nothing, and costs no measurable time.
+os.environ.setdefault("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")
 # With a packet in twenty lost, a study takes half the time it takes with Fast DDS's defaults.
 os.environ.setdefault("FASTRTPS_DEFAULT_PROFILES_FILE", str(Path(__file__).with_name("fastdds.xml")))
 
