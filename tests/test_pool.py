@@ -21,7 +21,7 @@ from mobo_core.evaluation.answer import Answering
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.evaluation.pool import WorkerPool
 from mobo_core.messages import UNABLE, decode, encode, make, message_type, spec_to_message
-from mobo_core.search.optimizer import evaluation_fault
+from mobo_core.search.answers import evaluation_fault
 
 OK, REJECTED, FAILED = (getattr(message_type("Evaluation"), name) for name in ("OK", "REJECTED", "FAILED"))
 SMALL = small_spec(poses_per_voxel=3)

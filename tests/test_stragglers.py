@@ -153,3 +153,26 @@ def test_a_second_sending_waits_for_twice_the_idle_evaluators_time() -> None:
     assert dispatcher.next_dispatches(3.9) == []
     assert dispatcher.next_dispatches(4.1) == [Dispatch(0, 2, "b")]
     assert sent.evaluator == "a"
+
+
+def test_two_sendings_that_both_take_too_long() -> None:
+    """They end the trial once, and both places are free again when their evaluators have let go."""
+    dispatcher = Dispatcher(silence_s=1e9, lease_s=1e9, max_attempts=1, evaluation_timeout_s=50.0)
+    dispatcher.open(0)
+    for name in "ab":
+        dispatcher.heard(name, 1, [], 0.0)
+    (first,) = dispatcher.next_dispatches(0.0)
+    dispatcher.open(1)
+    (quick,) = dispatcher.next_dispatches(0.0)
+    assert dispatcher.answered(quick, 1.0, ok=True) is Verdict.ACCEPTED
+    (second,) = dispatcher.next_dispatches(3.0)
+    assert {first, second} == {Dispatch(0, 1, "a"), Dispatch(0, 2, "b")}
+    dispatcher.heard("a", 1, [(0, 1)], 99.0)
+    dispatcher.heard("b", 1, [(0, 2)], 99.0)
+    assert dispatcher.expire(100.0) == ([], [0])
+    dispatcher.open(2)
+    dispatcher.open(3)
+    assert dispatcher.next_dispatches(100.0) == []
+    for name in "ab":
+        dispatcher.heard(name, 1, [], 101.0)
+    assert len(dispatcher.next_dispatches(101.0)) == 2

@@ -37,6 +37,7 @@ class WorkerPool:
         answering: how candidates are answered.
         workers: number of child processes.
         timeout_s: a worker busy for longer with one candidate is killed, and the candidate answered FAILED.
+        memory_mb: MB of data a worker may hold (RLIMIT_DATA); 0 for no limit.
         clock: seconds, monotonic.
     """
 
@@ -45,10 +46,11 @@ class WorkerPool:
         answering: Answering,
         workers: int,
         timeout_s: float = 600.0,
+        memory_mb: int = 0,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.answering = answering
-        self._timeout_s, self._clock = timeout_s, clock
+        self._timeout_s, self._memory_mb, self._clock = timeout_s, memory_mb, clock
         self._failed_starts = 0
         self.restarts = 0  # workers replaced so far
         self._waiting: list[Any] = []
@@ -132,7 +134,8 @@ class WorkerPool:
     def _start(self) -> _Worker:
         ours, theirs = socket.socketpair()
         with theirs:
-            command = [sys.executable, "-m", "mobo_core.evaluation.worker", str(theirs.fileno()), str(os.getpid())]
+            numbers = (theirs.fileno(), os.getpid(), self._memory_mb)
+            command = [sys.executable, "-m", "mobo_core.evaluation.worker", *map(str, numbers)]
             process = subprocess.Popen(command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL)
         connection = Connection(ours.detach())
         # If it has died already, collect() finds out.

@@ -1,11 +1,13 @@
 """A worker: a child process of an evaluator that answers one candidate at a time.
 
-Run as ``python -m mobo_core.evaluation.worker FD PARENT_PID`` by :class:`mobo_core.evaluation.pool.WorkerPool`;
-FD is its end of a socket pair. A crash in here (a URDF that upsets a library, memory) costs this process alone.
+Run as ``python -m mobo_core.evaluation.worker FD PARENT_PID MEMORY_MB`` by
+:class:`mobo_core.evaluation.pool.WorkerPool`; FD is its end of a socket pair, MEMORY_MB its limit, 0 for none.
+A crash in here (a URDF that upsets a library, memory) costs this process alone.
 """
 
 from __future__ import annotations
 
+import resource
 import signal
 import sys
 from multiprocessing.connection import Connection
@@ -15,8 +17,10 @@ from mobo_core.processes import die_with_parent
 
 def main() -> None:
     """Answer candidates until the evaluator closes the connection."""
-    descriptor, parent = (int(word) for word in sys.argv[1:3])
+    descriptor, parent, memory_mb = (int(word) for word in sys.argv[1:4])
     die_with_parent(parent)
+    if memory_mb:
+        resource.setrlimit(resource.RLIMIT_DATA, (memory_mb * 10**6, memory_mb * 10**6))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the evaluator decides
     connection = Connection(descriptor)
     from mobo_core.evaluation.answer import Answering

@@ -207,6 +207,11 @@ class Dispatcher:
                 sent.append(self._send(trial, fit, free, now))
         return sent
 
+    def matters(self, dispatch: Dispatch, *, ok: bool) -> bool:
+        """Return whether such an answer would change anything."""
+        record = self._open.get(dispatch.trial)
+        return record is not None and dispatch in record.sent and (ok or dispatch not in record.failed)
+
     def answered(self, dispatch: Dispatch, now: float, *, ok: bool, unable: bool = False) -> Verdict:
         """Judge an answer: the first one that is ``ok`` of any sending of an open trial counts.
 

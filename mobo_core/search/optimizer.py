@@ -13,8 +13,8 @@ from mobo_core.bag.study_bag import StudyBag
 from mobo_core.design.description import TIP_LINK
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError
-from mobo_core.messages import MAX_MESSAGE_BYTES, UNABLE, decode, encode, make, message_type, spec_to_message
-from mobo_core.search.answers import evaluation_fault
+from mobo_core.messages import UNABLE, decode, encode, make, message_type, spec_to_message
+from mobo_core.search.answers import claim_of, read_heartbeat
 from mobo_core.search.control import Controls
 from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
 from mobo_core.search.front import hypervolume, pareto_front
@@ -81,21 +81,21 @@ class Optimizer:
     def on_evaluator(self, data: bytes, now: float) -> None:
         """Take a heartbeat (CDR bytes of an EvaluatorStatus)."""
         try:
-            status = decode("EvaluatorStatus", data)
+            status = read_heartbeat(data)
         except InputError as error:
-            self._warn(str(error))
+            self._warn(f"heartbeat ignored: {error}")
             return
         kinds = message_type("EvaluatorStatus")
         name = status.evaluator
         if status.state == kinds.LEFT:
             if name in self._dispatcher.evaluators:
-                self._bag.append("evaluators", status)
+                self._record_evaluator(status, kinds.LEFT)
                 self._log(f"{name} left")
             self._dispatcher.left(name)
-        elif status.state == kinds.ALIVE and name and 0 < status.workers <= 10_000:
+        elif status.state == kinds.ALIVE:
             holds = [
                 (int(trial), int(attempt))
-                for study, trial, attempt in zip(status.studies, status.trials, status.attempts, strict=False)
+                for study, trial, attempt in zip(status.studies, status.trials, status.attempts, strict=True)
                 if study == self._bag.name
             ]
             if self._dispatcher.heard(name, int(status.workers), holds, now):
@@ -107,8 +107,6 @@ class Optimizer:
         """Take an answer (CDR bytes of an Evaluation): recorded, judged, and if it is its trial's first, used."""
         self.answers += 1
         try:
-            if len(data) > MAX_MESSAGE_BYTES:
-                raise InputError(f"{len(data)} bytes", where="evaluation", expected=f"at most {MAX_MESSAGE_BYTES}")
             evaluation = decode("Evaluation", data)
         except InputError as error:
             self.answers_unused += 1
@@ -119,8 +117,8 @@ class Optimizer:
             self.answers_unused += 1
             self._warn(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
             return
-        told = trial not in self._dispatcher.open_trials
-        if told and self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED:
+        dispatch, ok, _ = claim_of(evaluation, self.settings.spec.n_voxels)
+        if self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED and not self._dispatcher.matters(dispatch, ok=ok):
             self.answers_unused += 1
             return
         self._bag.append_raw("evaluations", "Evaluation", data)
@@ -242,10 +240,7 @@ class Optimizer:
     def _judge(self, evaluation: Any, now: float) -> bool:
         """Let the dispatcher judge an answer; return whether it changed anything."""
         kinds = message_type("Evaluation")
-        trial = int(evaluation.trial)
-        dispatch = Dispatch(trial, int(evaluation.attempt), evaluation.evaluator)
-        fault = evaluation_fault(evaluation, self.settings.spec.n_voxels) if evaluation.status == kinds.OK else ""
-        ok = not fault and evaluation.status in (kinds.OK, kinds.REJECTED)
+        dispatch, ok, fault = claim_of(evaluation, self.settings.spec.n_voxels)
         unable = evaluation.status == kinds.FAILED and evaluation.reason.startswith(UNABLE)
         verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable)
         reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
@@ -255,7 +250,7 @@ class Optimizer:
         elif verdict is Verdict.EXHAUSTED:
             self._answer(evaluation, reason)
         elif verdict is Verdict.RETRY:
-            self._warn(f"trial {trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason}")
+            self._warn(f"trial {dispatch.trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason[:2000]}")
         return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
 
     def _answer(self, evaluation: Any, failure: str) -> None:

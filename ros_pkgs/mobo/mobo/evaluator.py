@@ -132,7 +132,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
     if values["engine"] not in get_args(AnswerEngine):
         raise InputError(repr(values["engine"]), where="parameter engine", expected=choices(AnswerEngine))
     answering = Answering(node.get_name(), values["engine"], values["threads"], values["simulated_s"])
-    pool = WorkerPool(answering, values["workers"], values["evaluation_timeout_s"])
+    pool = WorkerPool(answering, values["workers"], values["evaluation_timeout_s"], values["memory_mb"])
     evaluator = _Evaluator(node, pool, values)
     # One thread does nothing but wait for workers; all else happens on the executor's.
     closing = threading.Event()

@@ -61,6 +61,7 @@ _EVALUATION = (
     Parameter("threads", 1, "threads of each worker", 1, 1024),
     Parameter("engine", "kernel", "kernel, reference (slow, the oracle) or simulated (sleeps, invents values)"),
     Parameter("simulated_s", 0.1, "s of sleep in a simulated evaluation", 0.0, _LONG_S),
+    Parameter("memory_mb", 0, "MB of data each worker may hold; 0: no limit", 0, 2**31 - 1),
 )
 
 EVALUATOR = (
