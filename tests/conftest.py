@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 from nodes import Nodes, own_domain
+from peer import Peer
 
 # The same examples on every run, however slow the machine; `--hypothesis-profile=default` looks for new ones.
 settings.register_profile("mobo", deadline=None, derandomize=True, database=None)
@@ -23,3 +24,13 @@ def nodes(tmp_path: Path) -> Iterator[Nodes]:
             yield started
         finally:
             started.close()
+
+
+@pytest.fixture
+def peer(nodes: Nodes, monkeypatch: pytest.MonkeyPatch) -> Iterator[Peer]:
+    """A node in the domain of this test's nodes."""
+    for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTDDS_BUILTIN_TRANSPORTS"):
+        monkeypatch.setenv(name, nodes.environment[name])
+    made = Peer(nodes.environment)
+    yield made
+    made.close()

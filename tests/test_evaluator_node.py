@@ -2,85 +2,27 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from nodes import Nodes, children_of, finish, output, told_so_far, values, wait_for
+from peer import Peer
 
 from mobo_core.bag.record import read_study
 from mobo_core.design import Design, DesignSpace, to_urdf
-from mobo_core.errors import InputError
 from mobo_core.evaluation.answer import Answering
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.messages import TOPICS, decode, encode, make, message_type, spec_to_message
+from mobo_core.messages import make, message_type, spec_to_message
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(180)]
 
 SPEC = EvaluationSpec(poses_per_voxel=2, restarts=1, iterations=20)
 URDF = to_urdf(Design("YPPYPY", (0.05, 0.25, 0.2, 0.05, 0.0, 0.05)), DesignSpace())
-
-
-class Peer:
-    """A node of this test: publishes what it likes, hears everything."""
-
-    def __init__(self, environment: dict[str, str]) -> None:
-        import rclpy
-        from rclpy.executors import SingleThreadedExecutor
-        from rclpy.qos import DurabilityPolicy, QoSProfile
-
-        import mobo_msgs.msg
-
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=int(environment["ROS_DOMAIN_ID"]))
-        self.node = rclpy.create_node("peer", context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
-        self.heard: dict[str, list[Any]] = {}
-        self._publishers = {}
-        self._latched = latched = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        for topic in ("candidates", "evaluations", "evaluators"):
-            kind = TOPICS[topic]
-            cls = getattr(mobo_msgs.msg, kind)
-            self._publishers[topic] = self.node.create_publisher(cls, topic, latched)
-            self.hear(topic, kind, cls)
-
-    def hear(self, topic: str, kind: str, cls: Any, *, latched: bool = False) -> None:
-        def take(data: bytes) -> None:
-            with contextlib.suppress(InputError):  # it hears its own garbage too
-                self.heard.setdefault(topic, []).append(decode(kind, data))
-
-        self.node.create_subscription(cls, topic, take, self._latched if latched else 1000, raw=True)
-
-    def send(self, topic: str, message: Any) -> None:
-        self._publishers[topic].publish(message if isinstance(message, bytes) else encode(message))
-
-    def until(self, what: Callable[[], Any], text: str, timeout_s: float = 60.0) -> Any:
-        def step() -> Any:
-            self.executor.spin_once(timeout_sec=0.02)
-            return what()
-
-        return wait_for(step, text, timeout_s)
-
-    def close(self) -> None:
-        self.node.destroy_node()
-        self.context.try_shutdown()
-
-
-@pytest.fixture
-def peer(nodes: Nodes, monkeypatch: pytest.MonkeyPatch) -> Iterator[Peer]:
-    """A node in the domain of this test's nodes."""
-    for name in ("ROS_DOMAIN_ID", "ROS_AUTOMATIC_DISCOVERY_RANGE", "FASTDDS_BUILTIN_TRANSPORTS"):
-        monkeypatch.setenv(name, nodes.environment[name])
-    made = Peer(nodes.environment)
-    yield made
-    made.close()
 
 
 def _candidate(trial: int, evaluator: str, **fields: Any) -> Any:
