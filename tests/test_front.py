@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mobo_core.search.front import TORQUE_PER_VOXEL, hypervolume, pareto_front
+from mobo_core.search.front import TORQUE_PER_VOXEL, RunningFront, hypervolume, pareto_front
 
 N_VOXELS = 75
 WORST = TORQUE_PER_VOXEL * N_VOXELS
@@ -89,3 +89,15 @@ def test_the_ideal_arm_fills_the_box():
 
 def test_an_arm_at_or_beyond_the_reference_torque_adds_nothing():
     assert hypervolume([50.0, 60.0], [WORST, 2 * WORST], N_VOXELS) == 0
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 6).map(float) | st.floats(0, 30)] * 2), max_size=30))
+def test_running_front(arms: list[tuple[float, float]]) -> None:
+    """After every arm the running front has the size, best reach and hypervolume, to the bit, of all arms so far."""
+    front = RunningFront(3)
+    for n, arm in enumerate(arms, start=1):
+        front.add(*arm)
+        reach, torque = zip(*arms[:n], strict=True)
+        assert len(front) == len(pareto_front(reach, torque))
+        assert front.best_reach == max(reach)
+        assert front.hypervolume == hypervolume(reach, torque, 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 
 TORQUE_PER_VOXEL = 10.0  # N m, of the reference point: the end of the paper's colour scale
@@ -33,3 +34,47 @@ def hypervolume(reach: Sequence[float], torque: Sequence[float], n_voxels: int) 
             area += (reach[i] - covered) * (worst - torque[i])
             covered = reach[i]
     return area / (n_voxels * worst)
+
+
+class RunningFront:
+    """The Pareto front of arms that come one at a time; the same as that of all of them at once.
+
+    Args:
+        n_voxels: the highest reach there is.
+    """
+
+    def __init__(self, n_voxels: int) -> None:
+        self._n_voxels = n_voxels
+        # By rising reach, hence rising torque.
+        self._reach: list[float] = []
+        self._torque: list[float] = []
+        self._hypervolume = 0.0
+        self._stale = False
+
+    def __len__(self) -> int:
+        """Return the number of arms on the front."""
+        return len(self._reach)
+
+    @property
+    def best_reach(self) -> float:
+        """The highest reach so far, 0 before the first arm."""
+        return self._reach[-1] if self._reach else 0.0
+
+    @property
+    def hypervolume(self) -> float:
+        """What :func:`hypervolume` returns for all arms so far."""
+        if self._stale:
+            self._hypervolume, self._stale = hypervolume(self._reach, self._torque, self._n_voxels), False
+        return self._hypervolume
+
+    def add(self, reach: float, torque: float) -> None:
+        """Take the next arm; torque in N m."""
+        i = bisect_left(self._reach, reach)
+        end = i
+        if i < len(self):
+            if self._torque[i] <= torque:
+                return
+            end += self._reach[i] == reach
+        first = bisect_left(self._torque, torque, 0, i)
+        self._reach[first:end], self._torque[first:end] = [reach], [torque]
+        self._stale = True

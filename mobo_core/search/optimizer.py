@@ -17,7 +17,7 @@ from mobo_core.messages import UNABLE, decode, encode, make, message_type, spec_
 from mobo_core.search.answers import claim_of, read_heartbeat
 from mobo_core.search.control import Controls
 from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
-from mobo_core.search.front import hypervolume, pareto_front
+from mobo_core.search.front import RunningFront
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 
 # Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
@@ -57,7 +57,7 @@ class Optimizer:
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = log, warn
         self._spec_message = spec_to_message(settings.spec)
-        self._xacro = PreparedXacro(settings.space)
+        self._xacro, self._front = PreparedXacro(settings.space), RunningFront(settings.spec.n_voxels)
         self._urdfs: dict[int, str] = {}
         self._answers: dict[int, Any] = {}  # trial -> Trial message, waiting for its turn
         self._evaluations: dict[int, Any] = {}  # trial -> accepted Evaluation, likewise
@@ -150,7 +150,6 @@ class Optimizer:
 
     def status(self, state: int, reason: str = "") -> Any:
         """Return the study's StudyStatus."""
-        reach, torque = self.values()
         return make(
             "StudyStatus",
             study=self._bag.name,
@@ -162,9 +161,9 @@ class Optimizer:
             failed=self.failed,
             evaluators=len(self._dispatcher.evaluators),
             workers=sum(self._dispatcher.evaluators.values()),
-            front_size=len(pareto_front(reach, torque)),
-            best_reach=max(reach, default=0.0),
-            hypervolume=hypervolume(reach, torque, self.settings.spec.n_voxels),
+            front_size=len(self._front),
+            best_reach=self._front.best_reach,
+            hypervolume=self._front.hypervolume,
             answers=self.answers,
             answers_unused=self.answers_unused,
             resent=self.resent,
@@ -174,11 +173,6 @@ class Optimizer:
     def record_status(self, state: int, reason: str = "") -> bytes:
         """Put the study's status into the bag; return it as CDR bytes."""
         return self._bag.append("study", self.status(state, reason))
-
-    def values(self) -> tuple[list[float], list[float]]:
-        """Return reach and torque (N m) of the trials told that have values."""
-        values = [told.values for told in self.study.told if told.values is not None]
-        return [v[0] for v in values], [v[1] for v in values]
 
     def _replay(self, past: Any) -> None:
         """Bring the study to where its bag left it."""
@@ -211,8 +205,14 @@ class Optimizer:
         number = len(self.study.told)
         if number not in past.trials:
             raise InputError(f"trial {number} was never told", where=str(past.path), expected="trials in order")
-        self.study.tell(_told(past.trials[number]))
-        self.failed += self.study.told[-1].values is None
+        self._count(_told(past.trials[number]))
+
+    def _count(self, told: Told) -> None:
+        self.study.tell(told)
+        if told.values is None:
+            self.failed += 1
+        else:
+            self._front.add(*told.values)
 
     def _open(self, asked: Asked, sent: set[Dispatch] | None = None) -> None:
         self._urdfs[asked.number] = self._xacro.to_urdf(asked.design)
@@ -276,11 +276,10 @@ class Optimizer:
     def _tell(self, trial: Any) -> None:
         self._publish("trials", self._bag.append("trials", trial))
         told = _told(trial)
-        self.study.tell(told)
+        self._count(told)
         urdf = self._urdfs.pop(told.number)
         evaluation = self._evaluations.pop(told.number, None)
         if told.values is None:
-            self.failed += 1
             self._warn(f"trial {told.number} failed: {trial.reason}")
         elif evaluation is not None and (self.best is None or evaluation.reach > self.best[0].reach):
             self.best = (evaluation, urdf)
