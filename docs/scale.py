@@ -1,6 +1,7 @@
 """Measure what a study costs on the wire: discovery, idling, and a candidate, by the number of evaluators.
 
     .ci/in-env python docs/scale.py 4 8 16
+    .ci/in-env python docs/scale.py --broadcast 1 16 64       # what publishing costs, by the number of readers
 
 Every evaluator is on a host of its own (a network namespace on a bridge), so that all traffic passes counted links.
 Work is simulated, 1 s a candidate. Sizes are those of the paper's 6-joint arms and spec. Prints one table.
@@ -43,6 +44,11 @@ def cpu_s(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+def resident_bytes(pid: int) -> int:
+    """Return the memory that a process holds."""
+    return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
 def measure(k: int) -> dict[str, float]:
     """Return the figures for ``k`` evaluators."""
     with own_domain() as environment, tempfile.TemporaryDirectory() as folder, Hosts(k + 1) as hosts:
@@ -56,6 +62,8 @@ def measure(k: int) -> dict[str, float]:
             logs = sorted(Path(folder).glob("*_evaluator.log"))
             wait_for(lambda: all("ready" in log.read_text() for log in logs), "evaluators")
             time.sleep(QUIET_S)
+            started = [cpu_s(process.pid) for process in evaluators]
+            memory = [resident_bytes(process.pid) for process in evaluators]
             discovery = sum(received(hosts, k + 1))
             time.sleep(IDLE_S)
             idle = (sum(received(hosts, k + 1)) - discovery) / IDLE_S
@@ -77,6 +85,8 @@ def measure(k: int) -> dict[str, float]:
     used = [b - a for a, b in zip(cpu, cpu_after, strict=True)]
     return {
         "evaluators": k,
+        "evaluator, s CPU to start": mean(started),
+        "evaluator, MB": mean(memory) / 1e6,
         "discovery, kB a pair": discovery / 1e3 / (k * (k - 1)),
         "idle, B/s a pair": idle / (k * (k - 1)),
         "trials/s": trials / seconds,
@@ -89,11 +99,61 @@ def measure(k: int) -> dict[str, float]:
     }
 
 
+_READERS = """
+import sys, time, rclpy
+from mobo.runtime import CANDIDATES_QOS
+from mobo_msgs.msg import Candidate
+kept = []
+for i in range(int(sys.argv[1])):
+    context = rclpy.Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node(f"reader{i}", context=context, start_parameter_services=False)
+    kept.append((node, node.create_subscription(Candidate, "candidates", print, CANDIDATES_QOS)))
+time.sleep(1000)
+"""
+
+
+def broadcast(readers: int, count: int = 200, size: int = 8475) -> dict[str, float]:
+    """Return the CPU that it takes to publish a candidate to so many readers, each a DDS participant, on this host."""
+    with own_domain() as environment:
+        environment["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "SUBNET"
+        os.environ.update(environment)
+        import rclpy
+
+        from mobo.runtime import CANDIDATES_QOS
+        from mobo_msgs.msg import Candidate
+
+        child = subprocess.Popen([sys.executable, "-c", _READERS, str(readers)], env=environment)
+        context = rclpy.Context()
+        rclpy.init(context=context)
+        node = rclpy.create_node("writer", context=context)
+        try:
+            publisher = node.create_publisher(Candidate, "candidates", CANDIDATES_QOS)
+            wait_for(lambda: publisher.get_subscription_count() == readers, "readers", 120)
+            time.sleep(QUIET_S)
+            message = Candidate(urdf="x" * (size - 600))
+            cpu = time.process_time()
+            for _ in range(count):
+                publisher.publish(message)
+                time.sleep(0.01)
+            used = time.process_time() - cpu
+        finally:
+            child.kill()
+            child.wait()
+            node.destroy_node()
+            rclpy.shutdown(context=context)
+    return {"readers": readers, "writer, ms CPU a candidate": 1e3 * used / count}
+
+
 def main() -> None:
     """Measure and print."""
-    if lacking():
+    words = sys.argv[1:]
+    if words[:1] == ["--broadcast"]:
+        rows = [broadcast(int(word)) for word in words[1:]]
+    elif lacking():
         sys.exit(lacking())
-    rows = [measure(int(word)) for word in sys.argv[1:] or ("4", "8", "16")]
+    else:
+        rows = [measure(int(word)) for word in words]
     for name in rows[0]:
         print(f"{name:34}", *(f"{row[name]:12.4g}" for row in rows))
 
