@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import platform
+import sys
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -168,7 +169,7 @@ def study_from(contents: list[FileContent], path: Path) -> StudyRecord:
 def past_study(path: Path) -> StudyRecord:
     """Read of a bag what a study needs to go on, a message at a time; errors as :func:`read_study`.
 
-    Candidates come without URDF and spec, and evaluations of trials that were told are left out, but for the
+    Candidates come without URDF, spec and header, and evaluations of trials that were told are left out, but for the
     best one (:attr:`StudyRecord.best`).
     """
     first = read_record(path)
@@ -214,7 +215,10 @@ class Collector:
             if self._lean:
                 if entry.kind == "Candidate":
                     self._urdfs.setdefault(trial, message.urdf)
-                    message.urdf, message.spec = "", None
+                    # An array of a message holds all of its bytes; names are few.
+                    message.urdf, message.spec, message.header = "", None, None
+                    message.lengths = message.lengths.copy()
+                    message.study, message.evaluator = sys.intern(message.study), sys.intern(message.evaluator)
                 elif trial in self._study.trials:
                     return
         elif entry.kind == "Command" and message.command == "enqueue" and int(message.trial) in self._sent:
@@ -230,6 +234,7 @@ class Collector:
             study.denied.add(number)
         if not self._lean:
             return
+        trial.header, trial.study, trial.evaluator = None, sys.intern(trial.study), sys.intern(trial.evaluator)
         self._sent.pop(number, None)
         self._answered.discard(number)
         urdf = self._urdfs.pop(number, "")
