@@ -23,6 +23,9 @@ from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 # Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
 _MAX_UNUSED_RECORDED = 16
 
+# Trials of a resumed study between two lines on how far it has come, some two seconds.
+_SAY_EVERY = 2000
+
 Publish = Callable[[str, bytes], None]
 
 
@@ -180,7 +183,8 @@ class Optimizer:
         params: dict[int, dict[str, Any]] = {}
         for candidate in past.candidates:
             trial = int(candidate.trial)
-            sent.setdefault(trial, set()).add(Dispatch(trial, int(candidate.attempt), candidate.evaluator))
+            if trial not in past.trials:
+                sent.setdefault(trial, set()).add(Dispatch(trial, int(candidate.attempt), candidate.evaluator))
             params.setdefault(trial, json.loads(candidate.params_json))
         for number in range(len(params)):
             if number not in params:
@@ -188,11 +192,13 @@ class Optimizer:
             while not self.study.may_ask():
                 self._retell(past)
             self.study.recall(params[number])
+            if number and number % _SAY_EVERY == 0:
+                self._log(f"resuming {past.name}: {number} of {len(params)} trials")
         while len(self.study.told) in past.trials:
             self._retell(past)
         self.controls.repeat(past.commands, len(params))
         for number in range(len(self.study.told), len(params)):
-            self._open(self.study.asked[number], sent[number])
+            self._open(self.study.asked[number], sent.get(number))
         for evaluation in past.evaluations:
             if int(evaluation.trial) >= len(self.study.told):
                 self._judge(evaluation, 0.0)  # no lease of that time is left to measure
