@@ -31,6 +31,9 @@ class Whole(NamedTuple):
     starts: list[int]
     ends: list[int]
 
+    def __repr__(self) -> str:
+        return f"a file of {len(self.entries)} messages"
+
     def before(self, byte: int) -> list[Entry]:
         return [entry for entry, end in zip(self.entries, self.ends, strict=True) if end <= byte]
 
@@ -68,6 +71,7 @@ def read(folder: Path, data: bytes) -> FileContent | str:
     return content
 
 
+@settings(deadline=None)
 @given(st.data())
 def test_a_cut_file_gives_what_is_whole(whole: Whole, folder: Path, data: st.DataObject) -> None:
     """Wherever it is cut: every message that ends before that; it counts as cut off, not as damaged."""
@@ -97,7 +101,7 @@ def changed(data: bytes, at: int, change: tuple[str, object]) -> bytes:
     return data[:at] + data[at + what :]
 
 
-@settings(max_examples=300)
+@settings(max_examples=300, deadline=None)
 @given(st.data())
 def test_a_changed_file_gives_what_stands_before_the_change(whole: Whole, folder: Path, data: st.DataObject) -> None:
     """Bits flipped, bytes overwritten, put in or taken out: the messages before, in order, and then a fault."""
@@ -116,7 +120,7 @@ def test_a_changed_file_gives_what_stands_before_the_change(whole: Whole, folder
     assert content.fault or damaged.startswith(whole.data)
 
 
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_recovered_it_reads_with_rosbags(whole: Whole, data: st.DataObject) -> None:
     """After `mobo bag recover` any reader finds those messages, and the damaged file is kept."""
