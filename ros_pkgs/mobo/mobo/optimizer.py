@@ -97,6 +97,7 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
     bag = claim.take(open_bag, executor, stop)
     if bag is None:
         return 1
+    optimizer = None
     try:
         claim.hold()
         dispatcher = Dispatcher(
@@ -152,16 +153,19 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
             why = "stopped by a command" if optimizer.controls.stopped else "stopped by a signal"
             final = optimizer.status(states.STOPPED, why)
             log(f"stopped after {told} of {total} trials; resume:=true goes on")
-        publishers["study"].publish(encode(final))
         if not optimizer.done or bag.recording:
             bag.append("study", final)
         bag.close()
+        publishers["study"].publish(encode(final))
         publishers["study"].wait_for_all_acked(Duration(seconds=1))
         return 0 if optimizer.done else 1
-    except BaseException:
+    except BaseException as error:
         # The bag may be what failed: what is on disk stays, and the first error is the one to tell.
         with contextlib.suppress(MoboError):
             bag.close()
+        if optimizer is not None and isinstance(error, MoboError):
+            publishers["study"].publish(encode(optimizer.status(message_type("StudyStatus").FAILED, str(error))))
+            publishers["study"].wait_for_all_acked(Duration(seconds=1))
         raise
 
 
