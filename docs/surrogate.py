@@ -174,14 +174,15 @@ def main() -> None:
     """Learn if there are no weights yet, and print the errors."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--folder", type=Path, default=FOLDER)
+    parser.add_argument("--held-out", type=int, default=len(KINDS), help="chunks, the last ones")
     parser.add_argument("--epochs", type=int, default=EPOCHS)
     parser.add_argument("--again", action="store_true", help="learn even if there are weights")
     args = parser.parse_args()
     files = sorted(args.folder.glob("[0-9][0-9][0-9].npz"))
     weights = args.folder / "weights.npz"
-    held_out = load(files[-len(KINDS) :])
+    held_out = load(files[-args.held_out :])
     if args.again or not weights.exists():
-        data = load(files[: -len(KINDS)])
+        data = load(files[: -args.held_out])
         print(f"{len(data['reach'])} arms to learn from")
         learn(data, weights, args.epochs)
     surrogate = Surrogate(weights)
