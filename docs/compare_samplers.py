@@ -25,25 +25,31 @@ SUMMARY = Path(__file__).with_suffix(".json")
 CHECKPOINTS = (200, 500, 1000, 3000, 10000)
 
 
-def run(method: str, seed: int, n_trials: int, value: Value) -> dict[str, Any]:
-    """Run one search; return hypervolumes at the checkpoints, seconds a trial, and the arms of the front."""
+def run(method: str, seed: int, n_trials: int, value: Value, file: Path) -> dict[str, Any]:
+    """Run one search; write hypervolumes at the checkpoints, seconds a trial, and the arms of the front to a file.
+
+    At every checkpoint what is known by then goes to a file ending in .part.
+    """
     reach: list[float] = []
     torque: list[float] = []
     arms: list[Design] = []
-    found: dict[str, float] = {}
+    result: dict[str, Any] = {"method": method, "seed": seed, "trials": n_trials, "hypervolume": {}}
+    part = file.with_suffix(".part")
     began = time.process_time()
     for design, values in METHODS[method](seed, n_trials, value):
         arms.append(design)
         reach.append(values[0])
         torque.append(values[1])
-        if len(reach) in CHECKPOINTS or len(reach) == n_trials:
-            found[str(len(reach))] = hypervolume(reach, torque, SPEC.n_voxels)
-    front = pareto_front(reach, torque)
-    return {
-        "hypervolume": found,
-        "ms_a_trial": 1e3 * (time.process_time() - began) / n_trials,
-        "front": [[arms[i].sampled_joints, arms[i].lengths, reach[i], torque[i]] for i in front],
-    }
+        done = len(reach)
+        if done in CHECKPOINTS or done == n_trials:
+            result["hypervolume"][str(done)] = hypervolume(reach, torque, SPEC.n_voxels)
+            result["ms_a_trial"] = 1e3 * (time.process_time() - began) / done
+            result["front"] = [
+                [arms[i].sampled_joints, arms[i].lengths, reach[i], torque[i]] for i in pareto_front(reach, torque)
+            ]
+            part.write_text(json.dumps(result))
+    part.rename(file)
+    return result
 
 
 def real_value(design: Design) -> tuple[float, float]:
@@ -67,10 +73,7 @@ def run_all(args: argparse.Namespace) -> None:
         for method in args.methods or METHODS:
             file = runs / f"{method.replace(' ', '_')}__{args.trials}__{seed}.json"
             if not file.exists():
-                result = run(method, seed, args.trials, value)
-                part = file.with_suffix(".part")
-                part.write_text(json.dumps({"method": method, "seed": seed, "trials": args.trials} | result))
-                part.rename(file)
+                result = run(method, seed, args.trials, value, file)
                 values = ", ".join(f"{n}: {v:.4f}" for n, v in result["hypervolume"].items())
                 print(f"{method}, seed {seed}: {values}; {result['ms_a_trial']:.1f} ms a trial", flush=True)
 

@@ -15,9 +15,8 @@ import optuna
 from optuna.samplers import BaseSampler
 
 from mobo_core.design import Design, DesignSpace
-from mobo_core.search.samplers import paper_gamma, tenth, trial_seed
+from mobo_core.search.samplers import fast_tpe, paper_gamma, tenth, trial_seed
 from mobo_core.search.study import OrderedStudy, StudySettings, Told
-from mobo_core.search.tpe.sampler import FastTPESampler
 
 SPACE = DesignSpace()
 # Reach and torque (N m) of an arm.
@@ -52,7 +51,7 @@ class _Varied(OrderedStudy):
 
     def __init__(self, settings: StudySettings, varied: dict[str, Any]) -> None:
         super().__init__(settings)
-        sampler = FastTPESampler(**{"n_startup_trials": settings.n_startup_trials, "gamma": tenth} | varied)
+        sampler = fast_tpe()(**{"n_startup_trials": settings.n_startup_trials, "gamma": tenth} | varied)
 
         def for_trial(trial: int) -> BaseSampler:
             sampler.reseed(trial_seed(settings.seed, trial))
@@ -168,9 +167,14 @@ METHODS: dict[str, Method] = {f"mobo tpe, in_flight {n}": mobo(in_flight=n) for 
     "tpe, good ones equal, square root": mobo({"good_weights": "equal", "gamma": root}),
     "tpe, 64 candidates": mobo({"n_ei_candidates": 64}),
     "tpe, 128 candidates": mobo({"n_ei_candidates": 128}),
-    "tpe, no liar": mobo({"constant_liar": False}),
+    "tpe, no liar, in_flight 8": mobo({"constant_liar": False}, in_flight=8),
+    "tpe, no liar, in_flight 128": mobo({"constant_liar": False}, in_flight=128),
     "tpe, bandwidths of Optuna 5": mobo({"bandwidth": "neighbours"}),
     "tpe, univariate": mobo({"multivariate": False}),
+    "as Optuna's TPE multivariate": mobo({"gamma": paper_gamma, "constant_liar": False}, in_flight=1),
+    "as Optuna's TPE univariate": mobo(
+        {"gamma": paper_gamma, "constant_liar": False, "multivariate": False}, in_flight=1
+    ),
     "Optuna TPE multivariate": plain(tpe(multivariate=True)),
     "Optuna TPE univariate": plain(tpe()),
     "Optuna NSGA-II": plain(lambda seed: optuna.samplers.NSGAIISampler(seed=seed)),
