@@ -175,6 +175,21 @@ def record(folder: Path, trials: int, settings: Any) -> None:
     bag.close()
 
 
+def plain_xacro_ms(settings: Any, n: int = 50) -> float:
+    """Return the CPU time that xacro takes for one arm if it expands all of it, in ms."""
+    import optuna
+    from optuna.samplers import RandomSampler
+
+    from mobo_core.design import to_urdf
+
+    study = optuna.create_study(sampler=RandomSampler(seed=0))
+    designs = [settings.space.suggest(study.ask()) for _ in range(n)]
+    began = time.thread_time()
+    for design in designs:
+        to_urdf(design, settings.space)
+    return (time.thread_time() - began) / n * 1e3
+
+
 def processes_below(pid: int) -> Iterator[int]:
     """Yield a process and all its descendants."""
     yield pid
@@ -190,6 +205,12 @@ def cpu_of(pids: list[int]) -> float:
         fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
         ticks += int(fields[11]) + int(fields[12])
     return ticks / os.sysconf("SC_CLK_TCK")
+
+
+def busy_s() -> float:
+    """Return the CPU seconds that this machine has spent since it started, idle ones left out."""
+    fields = [int(field) for field in Path("/proc/stat").read_text().split("\n", 1)[0].split()[1:]]
+    return (sum(fields[:8]) - fields[3] - fields[4]) / os.sysconf("SC_CLK_TCK")
 
 
 def wait_for(path: Path, process: subprocess.Popen[Any]) -> dict[str, Any]:
@@ -225,6 +246,7 @@ def main() -> int:
         size = sum(file.stat().st_size for file in (folder / "bag").glob("*.mcap"))
         took = time.perf_counter() - began
         print(f"recorded {args.trials} trials in {took:.0f} s, {size / args.trials:.0f} bytes each")
+        print(f"plain xacro: {plain_xacro_ms(settings):.1f} ms of CPU an arm", flush=True)
         return run(args, folder)
 
 
@@ -252,9 +274,9 @@ def run(args: argparse.Namespace, folder: Path) -> int:
         a = wait_for(report.with_suffix(f".{first}"), node)
         pids = [pid for process in started[:-1] for pid in processes_below(process.pid)]
         nodes = [process.pid for process in started[:-1]]
-        before, before_nodes = cpu_of(pids), cpu_of(nodes)
+        before, before_nodes, before_busy = cpu_of(pids), cpu_of(nodes), busy_s()
         b = wait_for(report.with_suffix(f".{last}"), node)
-        all_ms = (cpu_of(pids) - before) / (last - first) * 1e3
+        busy, all_ms = busy_s() - before_busy, (cpu_of(pids) - before) / (last - first) * 1e3
         nodes_ms = (cpu_of(nodes) - before_nodes) / (last - first) * 1e3
         n, wall = last - first, b["wall"] - a["wall"]
         print(f"{n / wall:.0f} candidates/s over {n} trials, sampler {args.sampler}, in_flight {args.in_flight}")
@@ -264,6 +286,8 @@ def run(args: argparse.Namespace, folder: Path) -> int:
         cpu = (b["cpu"] - a["cpu"]) / n * 1e3
         print(f"optimizer's process: {cpu:.2f} ms of CPU a trial, {wall / n * 1e3:.2f} ms of wall time")
         print(f"evaluators: {nodes_ms:.2f} ms of CPU a trial, their workers {all_ms - nodes_ms:.2f}")
+        others = busy - (b["cpu"] - a["cpu"]) - all_ms * n / 1e3
+        print(f"all else on this machine kept {others / wall:.2f} of its {os.cpu_count()} cores busy meanwhile")
         print(f"optimizer's memory: {b['kb'] / 1024:.0f} MB, grown by {(b['kb'] - a['kb']) / n:.1f} kB a trial")
         print(f"candidates sent again: {b['resent'] - a['resent']}, answers of no use: {b['unused'] - a['unused']}")
         return node.wait()
