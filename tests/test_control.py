@@ -211,7 +211,8 @@ def test_commands_over_ros(nodes: Nodes, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mobo.control", "pause", "--ros-args", "-r", "__ns:=/nobody"]
     lonely = subprocess.Popen(command, env=nodes.environment, stderr=subprocess.PIPE, text=True)
     optimizer = nodes.optimizer(bag, n_trials=100_000, sampler="random", in_flight=2)
-    nodes.start("evaluator", workers=2, engine="simulated", simulated_s=0.02)  # as many as are in flight: what is asked is sent
+    # As many workers as trials in flight: what is asked is sent.
+    nodes.start("evaluator", workers=2, engine="simulated", simulated_s=0.02)
     wait_for(lambda: told_so_far(bag) >= 3, "3 trials")
     done = _control(nodes, "pause")
     assert done.returncode == 0 and "paused" in done.stdout, done
