@@ -1,21 +1,17 @@
-"""A live evaluator and a live optimizer among strangers: bad candidates, bad answers, a replay."""
+"""A live evaluator among others: bad candidates, evaluators that are unable, a replay."""
 
 from __future__ import annotations
 
 import math
-import os
-import signal
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
-from nodes import Nodes, children_of, finish, output, told_so_far, values, wait_for
+from nodes import Nodes, finish, output
 from peer import Peer
 
 from mobo_core.bag.record import read_study
 from mobo_core.design import Design, DesignSpace, to_urdf
-from mobo_core.evaluation.answer import Answering
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.messages import make, message_type, spec_to_message
 
@@ -66,40 +62,6 @@ def test_bad_candidates_are_rejected_with_the_reason_and_the_evaluator_lives(nod
     assert evaluator.poll() is None, output(evaluator)
 
 
-def test_noise_from_strangers_changes_nothing(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
-    quiet = tmp_path / "quiet"
-    slow = {"engine": "simulated", "simulated_s": 0.2}  # so that the noise comes in time
-    quietly = nodes.study(quiet, study_name="quiet", n_trials=15, n_startup_trials=5, evaluators=1, **slow)
-    assert finish(quietly) == 0
-    bag = tmp_path / "bag"
-    optimizer = nodes.optimizer(bag, n_trials=15, n_startup_trials=5)
-    nodes.start("evaluator", remap="__node:=e1", workers=1, **slow)
-    sent: set[int] = set()
-
-    def pester() -> bool:
-        for candidate in list(peer.heard.get("candidates", [])):
-            trial = int(candidate.trial)
-            if trial in sent or candidate.study != "s":
-                continue
-            sent.add(trial)
-            answering = Answering("stranger", "simulated", simulated_s=0.0)
-            never_sent = answering.answer(candidate)
-            wrong_study = Answering(candidate.evaluator, "simulated", simulated_s=0.0).answer(candidate)
-            wrong_study.study = "another"
-            not_finite = Answering(candidate.evaluator, "simulated", simulated_s=0.0).answer(candidate)
-            not_finite.reach, not_finite.attempt = math.nan, 77
-            unknown = Answering(candidate.evaluator, "simulated", simulated_s=0.0).answer(candidate)
-            unknown.trial = 4_000_000
-            for message in (never_sent, wrong_study, not_finite, unknown, b"\x00\x01\x00\x00\x01"):
-                peer.send("evaluations", message)
-        return optimizer.poll() is not None
-
-    peer.until(pester, "the study to end")
-    assert optimizer.returncode == 0, output(optimizer)
-    assert values(bag) == values(quiet)
-    assert len(read_study(bag).evaluations) > 15
-
-
 def test_replay_plays_every_message_below_replay(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
     from std_msgs.msg import String
 
@@ -119,21 +81,6 @@ def test_replay_plays_every_message_below_replay(nodes: Nodes, peer: Peer, tmp_p
     assert len(peer.heard["replay/evaluations"]) == len(study.evaluations)
     peer.until(lambda: arms, "an arm to show")
     assert arms[-1] in {candidate.urdf for candidate in study.candidates}
-
-
-def test_a_candidate_that_kills_its_worker_costs_the_worker_alone(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
-    bag = tmp_path / "bag"
-    evaluator = nodes.start("evaluator", workers=1, engine="simulated", simulated_s=1.0)
-    optimizer = nodes.optimizer(bag, n_trials=4, in_flight=1, sampler="random")
-    wait_for(lambda: len(read_study(bag).candidates) >= 2 if told_so_far(bag) else False, "the second candidate")
-    time.sleep(0.3)  # of the second it takes
-    (worker,) = children_of(evaluator.pid)
-    os.kill(worker, signal.SIGSEGV)
-    assert finish(optimizer) == 0, output(optimizer)
-    assert evaluator.poll() is None
-    failed = [e for e in read_study(bag).evaluations if e.status == message_type("Evaluation").FAILED]
-    assert len(failed) == 1 and "signal 11" in failed[0].reason
-    assert {int(t.state) for t in read_study(bag).trials.values()} == {message_type("Trial").COMPLETE}
 
 
 def test_evaluators_that_are_unable_fail_no_trial(nodes: Nodes, tmp_path: Path) -> None:
