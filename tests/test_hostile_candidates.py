@@ -84,13 +84,13 @@ def test_a_poisoned_trial_fails_after_max_attempts_on_different_evaluators(
     nodes: Nodes, peer: Peer, tmp_path: Path
 ) -> None:
     """A candidate that kills every worker it meets is told FAIL with the reason; the study goes on."""
-    bag, poisoned = tmp_path / "bag", 2
+    bag, poisoned = tmp_path / "bag", 0
     evaluators = {
-        name: nodes.start("evaluator", remap=f"__node:={name}", workers=1, engine="simulated", simulated_s=1.5)
+        name: nodes.start("evaluator", remap=f"__node:={name}", workers=1, engine="simulated", simulated_s=6.0)
         for name in ("e1", "e2")
     }
     peer.until(lambda: {s.evaluator for s in peer.heard.get("evaluators", [])} == set(evaluators), "both evaluators")
-    optimizer = nodes.optimizer(bag, n_trials=4, in_flight=1, sampler="random", max_attempts=3)
+    optimizer = nodes.optimizer(bag, n_trials=2, in_flight=1, sampler="random", max_attempts=3)
     killed: dict[int, float] = {}  # attempt -> when its worker was killed
 
     def poison() -> bool:
@@ -109,9 +109,7 @@ def test_a_poisoned_trial_fails_after_max_attempts_on_different_evaluators(
     assert optimizer.returncode == 0, output(optimizer)
     study = read_study(bag)
     kinds = message_type("Trial")
-    assert [int(study.trials[n].state) for n in range(4)] == [
-        kinds.FAIL if n == poisoned else kinds.COMPLETE for n in range(4)
-    ]
+    assert [int(study.trials[n].state) for n in range(2)] == [kinds.FAIL, kinds.COMPLETE]
     assert study.trials[poisoned].reason == "worker died of signal 11"
     failures = [e for e in study.evaluations if e.status == FAILED]
     assert [int(e.trial) for e in failures] == [poisoned] * 3
