@@ -9,7 +9,7 @@ import json
 import random
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
 import optuna
 import pytest
@@ -17,11 +17,11 @@ import pytest
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec
-from mobo_core.search.samplers import paper_gamma, sampler_factory, tenth, trial_seed
+from mobo_core.search.samplers import SamplerName, paper_gamma, sampler_factory, tenth, trial_seed
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 
 TRIALS = 30
-SAMPLERS = ("tpe", "paper", "random")
+SAMPLERS = get_args(SamplerName)
 CASES = list(itertools.product(SAMPLERS, ("fractions", "sequential"), (1, 3, 8)))
 
 
@@ -112,6 +112,28 @@ def test_resumed_twice() -> None:
     study = resumed(settings, expected[:12], 10)
     study = resumed(settings, go_on(study, 20), 18)
     assert go_on(study) == expected
+
+
+@pytest.mark.parametrize("at", [49, 75, 120])
+def test_generations_survive_resume(at: int) -> None:
+    """NSGA-II keeps its generations of 50 trials on resume, with some in flight and some enqueued from outside."""
+    settings = settings_of("nsga2", in_flight=3)
+    given = {"J1": "Y", "J2": "P", "J3": "P", "J4": "R", "u1": 0.5, "u2": 0.25, "u3": 1.0}
+    study = OrderedStudy(settings)
+    while len(study.asked) < 130:
+        if study.may_ask():
+            study.recall(given) if len(study.asked) in (30, 80) else study.ask()
+        else:
+            tell_next(study)
+    expected = list(study.asked)
+    assert len({asked.design for asked in expected[60:]} - {asked.design for asked in run(settings_of("random"), 130)})
+    again = resumed(settings, expected[:at], at - 2)
+    while len(again.asked) < 130:
+        if again.may_ask():
+            again.recall(given) if len(again.asked) == 80 else again.ask()
+        else:
+            tell_next(again)
+    assert again.asked == expected
 
 
 def test_more_trials_extend_a_study() -> None:
@@ -340,7 +362,7 @@ def test_how_many_trials_are_good() -> None:
 
 def test_unknown_sampler() -> None:
     """A sampler that does not exist is refused with the names of those that do."""
-    with pytest.raises(InputError, match="sampler: 'magic'; expected tpe, paper or random"):
+    with pytest.raises(InputError, match="sampler: 'magic'; expected tpe, tpe_univariate, paper, nsga2 or random"):
         sampler_factory("magic", 0, 100)
 
 

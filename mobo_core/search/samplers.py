@@ -10,10 +10,10 @@ import functools
 import hashlib
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import optuna
-from optuna.samplers import BaseSampler, RandomSampler
+from optuna.samplers import BaseSampler, NSGAIISampler, RandomSampler
 
 from mobo_core.errors import InputError
 from mobo_core.evaluation.compiled import compiled_once
@@ -24,7 +24,9 @@ if TYPE_CHECKING:
 
 optuna.logging.set_verbosity(optuna.logging.WARNING)
 
-SamplerName = Literal["tpe", "paper", "random"]
+SamplerName = Literal["tpe", "tpe_univariate", "paper", "nsga2", "random"]
+# Samplers that leave notes on the trials they draw: a trial from a record has to pass through them too.
+LEAVE_NOTES = ("nsga2",)
 
 
 def trial_seed(seed: int, trial: int) -> int:
@@ -66,8 +68,10 @@ def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[in
 
     * ``tpe``: multivariate TPE, a tenth of the trials good; trials in flight count as bad ones (constant
       liar), which keeps many in flight apart.
+    * ``tpe_univariate``: the same, each parameter by itself.
     * ``paper``: multivariate TPE as in Optuna 4.9, without the constant liar; with one trial in flight and
       ``sequential`` lengths it is the paper's search.
+    * ``nsga2``: Optuna's NSGA-II at its defaults, 50 trials a generation.
     * ``random``: uniform.
 
     Raises:
@@ -75,13 +79,16 @@ def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[in
     """
     if name == "random":
         return lambda trial: RandomSampler(seed=trial_seed(seed, trial))
-    if name not in ("tpe", "paper"):
+    if name == "nsga2":
+        return lambda trial: NSGAIISampler(seed=trial_seed(seed, trial))
+    if name not in get_args(SamplerName):
         raise InputError(repr(name), where="sampler", expected=choices(SamplerName))
     # One sampler for all trials: what it keeps is a function of the trials alone.
     sampler = fast_tpe()(
         n_startup_trials=n_startup_trials,
-        gamma=tenth if name == "tpe" else paper_gamma,
-        constant_liar=name == "tpe",
+        gamma=paper_gamma if name == "paper" else tenth,
+        constant_liar=name != "paper",
+        multivariate=name != "tpe_univariate",
     )
 
     def for_trial(trial: int) -> BaseSampler:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from mobo_core.design import Design, DesignSpace
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.search.samplers import SamplerName, sampler_factory
+from mobo_core.search.samplers import LEAVE_NOTES, SamplerName, sampler_factory
 from mobo_core.settings import Settings
 
 
@@ -115,11 +115,18 @@ class OrderedStudy:
         self._catch_up(number)
         space = self.settings.space
         asked = Asked(number, space.design(params), params)
-        self._optuna.add_trial(
-            optuna.trial.create_trial(
-                state=TrialState.RUNNING, params=params, distributions=space.distributions(params)
+        if self.settings.sampler in LEAVE_NOTES:
+            self._optuna.sampler = self._sampler(number)
+            self._optuna.enqueue_trial(params)
+            trial = self._optuna.ask()
+            _ = trial.relative_params  # has the sampler draw, in vain but for its notes
+            space.suggest(trial)
+        else:
+            self._optuna.add_trial(
+                optuna.trial.create_trial(
+                    state=TrialState.RUNNING, params=params, distributions=space.distributions(params)
+                )
             )
-        )
         self._asked.append(asked)
         return asked
 

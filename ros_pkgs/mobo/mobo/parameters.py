@@ -46,7 +46,11 @@ OPTIMIZER = (
     Parameter("n_joints", 6, "joints of an arm; wins over the space file", 1, 12),
     Parameter("space", "", "YAML file of the design space; empty: the paper's"),
     Parameter("lengths", "fractions", "how link lengths are drawn: fractions or sequential (the paper's)"),
-    Parameter("sampler", "tpe", "tpe, paper (sequential, one in flight unless set otherwise) or random"),
+    Parameter(
+        "sampler",
+        "tpe",
+        "tpe, tpe_univariate, paper (sequential, one in flight unless set otherwise), nsga2 or random",
+    ),
     Parameter("seed", 0, "of the sampler only; that of targets and IK starts is the spec's", 0, 2**63 - 1),
     Parameter("in_flight", 8, "trials asked before the first of them is told; part of the study's function", 1, 10000),
     Parameter("spec", "paper", "what is asked of an arm: a preset (paper, paper_fine, mobo) or a YAML file"),
