@@ -141,6 +141,8 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         while not closing.is_set():
             pool.wait(0.5)
             evaluator.collected.clear()
+            if closing.is_set():
+                return
             executor.create_task(evaluator.collect)
             evaluator.collected.wait(1.0)
 
@@ -154,8 +156,10 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         evaluator.leave()
         return 0
     finally:
+        # No thread may be left that could call into the executor while the interpreter ends.
         closing.set()
-        watcher.join(1.0)
+        evaluator.collected.set()
+        watcher.join()
         pool.close()
 
 

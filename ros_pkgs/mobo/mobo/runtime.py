@@ -95,7 +95,7 @@ def run(
     except Exception as error:  # rcl's own exceptions have no common base
         print(f"mobo {name}: arguments not understood ({' '.join(str(error).split())[:300]})", file=sys.stderr)
         return 2
-    node = None
+    node = executor = None
     try:
         node = Node(name)
         executor = make_executor()
@@ -105,6 +105,8 @@ def run(
         print(f"mobo {name.split('_')[0]}: {error}", file=sys.stderr)
         return error.exit_code
     finally:
+        if executor is not None:
+            executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()
