@@ -1,6 +1,6 @@
 """The searches that compare_samplers.py compares, each a function of (seed, trials, value of an arm).
 
-Outside ones are not mobo's dependencies: pip install cmaes pymoo torch
+Outside ones are not mobo's dependencies: pip install pymoo torch
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The samplers by name. Each trial gets a random stream of its own, seeded from (seed, trial number).
 
 So nothing of a random stream needs to be stored, and trial n is drawn alike whether the study ran through
-or was resumed before it.
+or was resumed before it. (``como`` has one stream, which a resumed study goes through again.)
 """
 
 from __future__ import annotations
@@ -15,18 +15,21 @@ from typing import TYPE_CHECKING, Literal, get_args
 import optuna
 from optuna.samplers import BaseSampler, NSGAIISampler, RandomSampler
 
+from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation.compiled import compiled_once
 from mobo_core.settings import choices
 
 if TYPE_CHECKING:
+    from mobo_core.search.como import ComoSampler
     from mobo_core.search.tpe.sampler import FastTPESampler
 
 optuna.logging.set_verbosity(optuna.logging.WARNING)
 
-SamplerName = Literal["tpe", "tpe_univariate", "paper", "nsga2", "random"]
-# Samplers that leave notes on the trials they draw: a trial from a record has to pass through them too.
-LEAVE_NOTES = ("nsga2",)
+SamplerName = Literal["tpe", "tpe_univariate", "paper", "nsga2", "como", "random"]
+# Samplers that leave notes on the trials they draw, or keep their own: a trial from a record has to pass through
+# them too.
+LEAVE_NOTES = ("nsga2", "como")
 
 
 def trial_seed(seed: int, trial: int) -> int:
@@ -63,8 +66,10 @@ def fast_tpe() -> type[FastTPESampler]:
     return compiled_once("the sampler", "tpe", load)
 
 
-def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[int], BaseSampler]:
-    """Return the function that makes the sampler for a trial's number.
+def sampler_factory(
+    name: str, seed: int, n_startup_trials: int, space: DesignSpace, n_voxels: int
+) -> Callable[[int], BaseSampler]:
+    """Return the function that makes the sampler for a trial's number, in a study of (reach, torque in N m).
 
     * ``tpe``: multivariate TPE, a tenth of the trials good; trials in flight count as bad ones (constant
       liar), which keeps many in flight apart.
@@ -72,6 +77,7 @@ def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[in
     * ``paper``: multivariate TPE as in Optuna 4.9, without the constant liar; with one trial in flight and
       ``sequential`` lengths it is the paper's search.
     * ``nsga2``: Optuna's NSGA-II at its defaults, 50 trials a generation.
+    * ``como``: COMO-CatCMA with margin, for ``fractions`` and one trial in flight, or few.
     * ``random``: uniform.
 
     Raises:
@@ -84,12 +90,17 @@ def sampler_factory(name: str, seed: int, n_startup_trials: int) -> Callable[[in
     if name not in get_args(SamplerName):
         raise InputError(repr(name), where="sampler", expected=choices(SamplerName))
     # One sampler for all trials: what it keeps is a function of the trials alone.
-    sampler = fast_tpe()(
-        n_startup_trials=n_startup_trials,
-        gamma=paper_gamma if name == "paper" else tenth,
-        constant_liar=name != "paper",
-        multivariate=name != "tpe_univariate",
-    )
+    if name == "como":
+        from mobo_core.search.como import ComoSampler  # not at the top: who has another needs no cmaes
+
+        sampler: ComoSampler | FastTPESampler = ComoSampler(space, n_voxels, trial_seed(seed, 0))
+    else:
+        sampler = fast_tpe()(
+            n_startup_trials=n_startup_trials,
+            gamma=paper_gamma if name == "paper" else tenth,
+            constant_liar=name != "paper",
+            multivariate=name != "tpe_univariate",
+        )
 
     def for_trial(trial: int) -> BaseSampler:
         sampler.reseed(trial_seed(seed, trial))

@@ -7,7 +7,7 @@ from typing import Any
 
 import optuna
 from optuna.trial import TrialState
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from mobo_core.design import Design, DesignSpace
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -28,6 +28,17 @@ class StudySettings(Settings):
     n_startup_trials: int = Field(100, ge=1, le=1_000_000)
     seed: int = Field(0, ge=0, lt=2**63)
     in_flight: int = Field(8, ge=1, le=10_000)
+
+    @field_validator("sampler")
+    @classmethod
+    def _fits_space(cls, sampler: SamplerName, info: ValidationInfo) -> SamplerName:
+        space = info.data.get("space")
+        if sampler == "como" and space is not None:
+            if space.lengths != "fractions":
+                raise ValueError("another than como with sequential lengths: it draws fractions alone")
+            if space.n_joints == 1 and len(space.joint_types) == 1:
+                raise ValueError("another than como in a space of one arm")
+        return sampler
 
     def first_difference(self, other: StudySettings) -> tuple[str, Any, Any] | None:
         """Return (name, own value, other's value) of the first setting that differs, or None."""
@@ -78,7 +89,9 @@ class OrderedStudy:
 
     def __init__(self, settings: StudySettings) -> None:
         self.settings = settings
-        self._sampler = sampler_factory(settings.sampler, settings.seed, settings.n_startup_trials)
+        self._sampler = sampler_factory(
+            settings.sampler, settings.seed, settings.n_startup_trials, settings.space, settings.spec.n_voxels
+        )
         self._optuna = optuna.create_study(directions=["maximize", "minimize"], sampler=self._sampler(0))
         self._asked: list[Asked] = []
         self._told: list[Told] = []

@@ -58,12 +58,12 @@ def settings_from(values: dict[str, Any], given: set[str]) -> StudySettings:
     for name in ("n_joints", "lengths"):
         if name in given:
             fields[name] = values[name]
-    in_flight = 1 if paper and "in_flight" not in given else values["in_flight"]
+    one = values["sampler"] in ("paper", "como") and "in_flight" not in given
     return StudySettings.of(
         {
             "space": DesignSpace.of(fields, where="space"),
             "spec": load_spec(values["spec"]),
-            "in_flight": in_flight,
+            "in_flight": 1 if one else values["in_flight"],
             **{name: values[name] for name in ("sampler", "n_startup_trials", "seed")},
         },
         where="parameters",

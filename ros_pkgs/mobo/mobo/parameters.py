@@ -49,7 +49,7 @@ OPTIMIZER = (
     Parameter(
         "sampler",
         "tpe",
-        "tpe, tpe_univariate, paper (sequential, one in flight unless set otherwise), nsga2 or random",
+        "tpe, tpe_univariate, paper (sequential), nsga2, como or random; paper, como: one in flight unless set",
     ),
     Parameter("seed", 0, "of the sampler only; that of targets and IK starts is the spec's", 0, 2**63 - 1),
     Parameter("in_flight", 8, "trials asked before the first of them is told; part of the study's function", 1, 10000),

@@ -1,0 +1,115 @@
+"""COMO-CatCMA with margin for arms, as an Optuna sampler."""
+
+from __future__ import annotations
+
+import warnings
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from cmaes import COMOCatCMAwM
+from optuna import Study
+from optuna.distributions import BaseDistribution
+from optuna.samplers import BaseSampler, RandomSampler
+from optuna.trial import FrozenTrial, TrialState
+
+from mobo_core.design import DesignSpace
+from mobo_core.search.front import TORQUE_PER_VOXEL
+
+
+class ComoSampler(BaseSampler):
+    """COMO-CatCMA with margin (arXiv 2504.07884) as the library ``cmaes`` has it, with its ten kernels.
+
+    A kernel is a normal distribution over the fractions u1, u2, ... times a categorical one for each joint; all
+    together follow the Pareto front. They are updated one after the other: a kernel's solutions, about a dozen, are
+    asked, and only when the last of them has its values are there solutions of the next. A trial that comes
+    while there are none is random, and its values are not told to the kernels: with one trial in flight there is no
+    such trial, with k in flight there are k - 1 to each dozen.
+
+    * A solution needs values. One whose trial failed is told the reference point (no reach, and the torque that ends
+      the hypervolume's box), which is no better than any arm on the front.
+    * A trial whose parameters are not those drawn for it, since they came from outside, says nothing of the solution
+      drawn, which is asked again once that trial is told.
+
+    The kernels have one random stream, from ``seed``: a study that is resumed goes through it again from trial 0.
+    Linear algebra is LAPACK's, whose last bits may differ between kinds of processor.
+
+    One sampler serves one study, of (reach, torque in N m) with ``fractions`` for lengths.
+
+    Args:
+        space: of the arms; more than one.
+        n_voxels: the highest reach there is.
+        seed: of the kernels and, until :meth:`reseed`, of random trials.
+    """
+
+    def __init__(self, space: DesignSpace, n_voxels: int, seed: int) -> None:
+        self._types = space.joint_types
+        self._n_joints = space.n_joints
+        self._scale = np.array([-n_voxels, TORQUE_PER_VOXEL * n_voxels])
+        self._reference = (0.0, 1.0)
+        n_fractions = space.n_joints - 1
+        self._optimizer = COMOCatCMAwM(
+            x_space=[[0.0, 1.0]] * n_fractions if n_fractions else None,
+            c_space=[len(self._types)] * space.n_joints if len(self._types) > 1 else None,
+            reference_point=self._reference,
+            seed=seed,
+        )
+        # By trial number, until the trial is told: a solution and its parameters.
+        self._drawn: dict[int, tuple[COMOCatCMAwM.Solution, dict[str, Any]]] = {}
+        self._again: deque[COMOCatCMAwM.Solution] = deque()
+        self.reseed(seed)
+
+    def reseed(self, seed: int) -> None:
+        """Begin a new stream for random trials."""
+        self._random = RandomSampler(seed=seed)
+
+    def infer_relative_search_space(self, study: Study, trial: FrozenTrial) -> dict[str, BaseDistribution]:
+        """Return nothing: all is drawn in :meth:`before_trial`."""
+        return {}
+
+    def sample_relative(
+        self, study: Study, trial: FrozenTrial, search_space: dict[str, BaseDistribution]
+    ) -> dict[str, Any]:
+        """Return nothing: all is drawn in :meth:`before_trial`."""
+        return {}
+
+    def before_trial(self, study: Study, trial: FrozenTrial) -> None:
+        """Draw the trial's parameters, if there is a solution to ask."""
+        if self._again:
+            solution = self._again.popleft()
+        elif self._optimizer.ask_queue_size:
+            solution = self._optimizer.ask()
+        else:
+            return
+        self._drawn[trial.number] = solution, self._params(solution)
+
+    def sample_independent(
+        self, study: Study, trial: FrozenTrial, param_name: str, param_distribution: BaseDistribution
+    ) -> Any:
+        """Return the parameter of the solution drawn, or a random one."""
+        if trial.number in self._drawn:
+            return self._drawn[trial.number][1][param_name]
+        return self._random.sample_independent(study, trial, param_name, param_distribution)
+
+    def after_trial(self, study: Study, trial: FrozenTrial, state: TrialState, values: Sequence[float] | None) -> None:
+        """Tell the kernels what became of the solution drawn for the trial."""
+        if trial.number not in self._drawn:
+            return
+        solution, params = self._drawn.pop(trial.number)
+        if trial.params != params:
+            self._again.append(solution)
+            return
+        with warnings.catch_warnings(), np.errstate(invalid="ignore"):
+            # The library takes a median of nothing while all of a kernel's solutions have failed.
+            warnings.filterwarnings("ignore", "Mean of empty slice", RuntimeWarning)
+            self._optimizer.tell((solution, self._reference if values is None else values / self._scale))
+
+    def _params(self, solution: COMOCatCMAwM.Solution) -> dict[str, Any]:
+        """Return the solution as the sampler's parameters of :meth:`DesignSpace.suggest`."""
+        types = [0] * self._n_joints if solution.c is None else np.argmax(solution.c, axis=1)
+        # The mean of a kernel, which is asked too, may lie outside the bounds.
+        fractions = [] if solution.x is None else np.clip(solution.x, 0.0, 1.0)
+        return {f"J{i + 1}": self._types[int(t)] for i, t in enumerate(types)} | {
+            f"u{i + 1}": float(u) for i, u in enumerate(fractions)
+        }
