@@ -22,6 +22,7 @@ from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.search.front import hypervolume, pareto_front
 
 SUMMARY = Path(__file__).with_suffix(".json")
+IN_FLIGHT = "mobo tpe, in_flight "
 CHECKPOINTS = (200, 500, 1000, 3000, 10000)
 
 
@@ -124,21 +125,40 @@ def interval(values: list[float]) -> tuple[float, float]:
     return float(np.mean(values)), float(half)
 
 
-def tables(args: argparse.Namespace) -> None:
-    """Print the tables from the summary."""
+def tables(_: argparse.Namespace) -> None:
+    """Print the tables from the summary: of numbers in flight, of methods, and of those on the evaluation itself."""
     summary = json.loads(SUMMARY.read_text())
-    for kind, methods in summary.items():
-        points = sorted({int(n) for row in methods.values() for n in row["hypervolume"]})
-        print(f"\n{kind}\n\n| method | seeds | " + " | ".join(f"{n:,}" for n in points) + " | ms a trial |")
-        print("| --- | ---: |" + " ---: |" * (len(points) + 1))
-        for method, row in methods.items():
-            cells = []
-            for n in points:
-                values = list(row["hypervolume"].get(str(n), {}).values())
-                cells.append("{:.4f} ± {:.4f}".format(*interval(values)) if values else "")
-            seeds = max(len(v) for v in row["hypervolume"].values())
-            longest = max(row["ms_a_trial"], key=int)
-            print(f"| {method} | {seeds} | " + " | ".join(cells) + f" | {np.median(row['ms_a_trial'][longest]):.1f} |")
+    flight = {name: row for name, row in summary["runs"].items() if name.startswith(IN_FLIGHT)}
+    _table(flight, base=f"{IN_FLIGHT}1")
+    others = [f"{IN_FLIGHT}1", f"{IN_FLIGHT}8", *(name for name in summary["runs"] if name not in flight)]
+    _table({name: summary["runs"][name] for name in others}, base=f"{IN_FLIGHT}8")
+    if "real" in summary:
+        _table(summary["real"])
+
+
+def _table(methods: dict[str, Any], base: str = "") -> None:
+    """Print a row a method, the best first; the difference to ``base`` is at the last checkpoint, seed by seed."""
+    points = sorted({int(n) for row in methods.values() for n in row["hypervolume"]})
+    last = str(points[-1])
+
+    def at(method: str, n: str) -> dict[str, float]:
+        return dict(methods[method]["hypervolume"].get(n, {}))
+
+    head = [f"{n:,} trials" for n in points] + ([f"difference to {base}"] if base else []) + ["ms a trial"]
+    print("\n| method | seeds | " + " | ".join(head) + " |\n| --- | ---: |" + " ---: |" * len(head))
+    for method in sorted(methods, key=lambda m: -float(np.mean(list(at(m, last).values()) or [0.0]))):
+        cells = [_cell(list(at(method, str(n)).values())) for n in points]
+        if base:
+            mine, theirs = at(method, last), at(base, last)
+            cells.append(_cell([mine[s] - theirs[s] for s in mine if s in theirs], "+") if method != base else "")
+        times = [ms for of in methods[method]["ms_a_trial"].values() for ms in of]
+        seeds = max(len(found) for found in methods[method]["hypervolume"].values())
+        print(f"| {method} | {seeds} | " + " | ".join(cells) + f" | {np.median(times):.1f} |")
+
+
+def _cell(values: list[float], sign: str = "") -> str:
+    mean, half = interval(values) if values else (float("nan"), float("nan"))
+    return "–" if np.isnan(mean) else f"{mean:{sign}.4f}" + ("" if np.isnan(half) else f" ± {half:.4f}")
 
 
 def main() -> None:
