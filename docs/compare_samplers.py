@@ -116,18 +116,24 @@ def check(args: argparse.Namespace) -> None:
 
 
 def interval(values: list[float]) -> tuple[float, float]:
-    """Return the mean and half the width of its 95 % interval (Student's t)."""
+    """Return the mean and half the width of its 95 % interval (Student's t); no width below three values."""
     from scipy import stats
 
-    if len(values) < 2:
+    if len(values) < 3:
         return float(np.mean(values)), float("nan")
     half = stats.t.ppf(0.975, len(values) - 1) * np.std(values, ddof=1) / np.sqrt(len(values))
     return float(np.mean(values)), float(half)
 
 
 def tables(_: argparse.Namespace) -> None:
-    """Print the tables from the summary: of numbers in flight, of methods, and of those on the evaluation itself."""
+    """Print the tables from the summary: of numbers in flight, of methods, and of those on the evaluation itself.
+
+    Methods of fewer than five seeds on the surrogate say little, and are left out.
+    """
     summary = json.loads(SUMMARY.read_text())
+    summary["runs"] = {
+        name: row for name, row in summary["runs"].items() if min(map(len, row["hypervolume"].values())) >= 5
+    }
     flight = {name: row for name, row in summary["runs"].items() if name.startswith(IN_FLIGHT)}
     _table(flight, base=f"{IN_FLIGHT}1")
     others = [f"{IN_FLIGHT}1", f"{IN_FLIGHT}8", *(name for name in summary["runs"] if name not in flight)]
