@@ -19,7 +19,7 @@ use_cache_folder()
 _LOG2_E = 1.4426950408889634
 # log 2 in two parts: products of the first with a small whole number are exact.
 _LOG_2_HIGH, _LOG_2_LOW = 0.6931471803691238, 1.9082149292705877e-10
-_LOG_ROOT_2_PI = 0.9189385332046727
+_LOG_ROOT_2_PI, _ROOT_2_PI = 0.9189385332046727, 2.5066282746310002
 _SQRT_HALF = 0.7071067811865476
 _SHIFT, _BIAS = np.int64(52), np.int64(1023)
 _MANTISSA, _ONE = np.int64((1 << 52) - 1), np.int64(1023 << 52)
@@ -146,12 +146,17 @@ def half_mass(t: float, central: np.ndarray) -> Any:
 
 
 @njit(cache=True, error_model="numpy")
+def _far_series(t: float) -> Any:
+    """Return Phi(-t) t / phi(t) for t >= TAIL_END, by its asymptotic series."""
+    w = 1.0 / (t * t)
+    return 1.0 - w * (1.0 - 3.0 * w * (1.0 - 5.0 * w * (1.0 - 7.0 * w * (1.0 - 9.0 * w))))
+
+
+@njit(cache=True, error_model="numpy")
 def log_tail(t: float, tail: np.ndarray) -> tuple[Any, Any]:
     """Return log Phi(-t) and its slope, for t >= 0; ``tail`` is TAIL."""
     if t >= TAIL_END:
-        w = 1.0 / (t * t)
-        # Asymptotic series of Phi(-t) t / phi(t).
-        p = 1.0 - w * (1.0 - 3.0 * w * (1.0 - 5.0 * w * (1.0 - 7.0 * w * (1.0 - 9.0 * w))))
+        p = _far_series(t)
         return -0.5 * t * t - _LOG_ROOT_2_PI - log(t) + log(p), -t / p
     i = int(t * TAIL_STEPS + 0.5)
     s = t - i * (1.0 / TAIL_STEPS)
@@ -194,6 +199,20 @@ def log_mass(a: float, b: float, central: np.ndarray, tail: np.ndarray) -> Any:
     if (far - near) * (far + near) > 80.0:  # what lies beyond is less than e^-40 of it
         return high
     return high + log(1.0 - exp(log_tail(far, tail)[0] - high))
+
+
+@njit(cache=True, error_model="numpy")
+def far_mass(a: float, b: float) -> tuple[Any, Any]:
+    """Return (m, e): what :func:`log_mass` takes the logarithm of is m e^e; both bounds beyond TAIL_END on one side."""
+    near, far = (a, b) if a > 0.0 else (-b, -a)
+    return (_far_series(near) / near - _beyond(near, far)) / _ROOT_2_PI, -0.5 * near * near
+
+
+@njit(cache=True, error_model="numpy")
+def _beyond(near: float, far: float) -> Any:
+    """Return Phi(-far) as a multiple of the density at ``near``."""
+    gap = 0.5 * (far - near) * (far + near)
+    return exp(-gap) * _far_series(far) / far if gap < 40.0 else 0.0
 
 
 @njit(cache=True, error_model="numpy")

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from mobo_core.evaluation.compiled import use_cache_folder
-from mobo_core.search.tpe.arithmetic import between, exp, half_mass, log, log_mass, power
+from mobo_core.search.tpe.arithmetic import TAIL_END, between, exp, far_mass, half_mass, log, log_mass, power
 
 use_cache_folder()
 
@@ -77,11 +77,18 @@ def fit(
             s = 1.0 / sigma[i, d]
             a, b = (low[d] - mu[i, d]) * s, (high[d] - mu[i, d]) * s
             inverse[i, d], scaled[i, d] = s, mu[i, d] * s
-            if a <= 0.0 <= b:
-                mass *= (half_mass(b, central) - half_mass(a, central)) * sigma[i, d]
-            else:  # the trial's value lies outside the bounds of today
+            mass *= sigma[i, d]
+            near = max(a, -b)
+            share = half_mass(b, central) - half_mass(a, central)
+            if near <= 0.0 or share > 1e-4:
+                mass *= share
+            # The trial's value lies outside the bounds of today, so far that the share is better a logarithm.
+            elif near < TAIL_END:
                 off -= log_mass(a, b, central, tail)
-                mass *= sigma[i, d]
+            else:
+                m, e = far_mass(a, b)
+                mass *= m
+                off -= e
         factor[i], offset[i] = weight[i] / (total * mass), off
 
 

@@ -73,25 +73,36 @@ def good_trials(order: np.ndarray, count: int, loss: np.ndarray, n_good: int, go
         for i in range(count):
             good[order[i]] = True
         return
-    # Ranks by patience sorting: a front takes a point that its last one does not dominate.
-    rank, last, fronts = np.empty(count, np.int64), np.empty(count), 0
-    size = np.zeros(count, np.int64)
-    for i in range(count):
-        trial = order[i]
-        y = loss[trial, 1]
-        if i and loss[order[i - 1], 0] == loss[trial, 0] and loss[order[i - 1], 1] == y:
-            rank[i] = rank[i - 1]  # equal points share their rank
-        else:
-            low, high = 0, fronts
-            while low < high:
-                middle = (low + high) // 2
-                if last[middle] > y:
-                    high = middle
-                else:
-                    low = middle + 1
-            rank[i], last[low] = low, y
-            fronts = max(fronts, low + 1)
-        size[rank[i]] += 1
+    # Ranks by patience sorting: a front takes a point that its last one does not dominate. Ranks from `cap` on
+    # count as one; only if the fronts before do not hold enough are they told apart.
+    rank, last = np.empty(count, np.int64), np.empty(count)
+    size = np.zeros(count + 1, np.int64)
+    cap = 16
+    while True:
+        size[:] = 0
+        fronts, before = 0, 0
+        for i in range(count):
+            trial = order[i]
+            y = loss[trial, 1]
+            if i and loss[order[i - 1], 0] == loss[trial, 0] and loss[order[i - 1], 1] == y:
+                rank[i] = rank[i - 1]  # equal points share their rank
+            elif fronts == cap and last[cap - 1] <= y:
+                rank[i] = cap
+            else:
+                low, high = 0, fronts
+                while low < high:
+                    middle = (low + high) // 2
+                    if last[middle] > y:
+                        high = middle
+                    else:
+                        low = middle + 1
+                rank[i], last[low] = low, y
+                fronts = max(fronts, low + 1)
+            size[rank[i]] += 1
+            before += rank[i] < cap
+        if before > n_good or cap >= count:
+            break
+        cap = min(4 * cap, count)
     whole, taken = 0, 0
     while taken + size[whole] <= n_good:
         taken += size[whole]
