@@ -14,6 +14,7 @@ from mobo_core.search.tpe.arithmetic import (
     TAIL,
     between,
     exp,
+    exp2,
     half_mass,
     log,
     log_mass,
@@ -28,6 +29,13 @@ def test_exp(x: float) -> None:
     """e^x within some units of the last place; below e^-700 it stays there."""
     assert exp(x) == pytest.approx(math.exp(x), rel=1e-15)
     assert exp(-1e6) == exp(-700.0)
+
+
+@given(st.floats(-1000, 999))
+def test_exp2(x: float) -> None:
+    """2^x to 1e-14 of itself; below 2^-1000 it stays there."""
+    assert exp2(x) == pytest.approx(2.0**x, rel=1e-14)
+    assert exp2(-1e6) == exp2(-1000.0)
 
 
 @given(st.floats(1e-300, 1e300))

@@ -13,13 +13,24 @@ import numpy as np
 from numba import njit
 
 from mobo_core.evaluation.compiled import use_cache_folder
-from mobo_core.search.tpe.arithmetic import TAIL_END, between, exp, far_mass, half_mass, log, log_mass, power
+from mobo_core.search.tpe.arithmetic import (
+    LOG2_E,
+    TAIL_END,
+    between,
+    exp2,
+    far_mass,
+    half_mass,
+    log,
+    log_mass,
+    power,
+)
 
 use_cache_folder()
 
 # Scott's rule has this share of the range as its bandwidth at one trial (Optuna 4's multivariate TPE).
 _SCOTT = 0.2
 _LEAST_SHARE = 100.0
+_ROOT_HALF_LOG2_E = 0.8493218002880191  # its square is log2(e) / 2
 
 
 @njit(cache=True, error_model="numpy")
@@ -64,8 +75,8 @@ def fit(
     ``mu`` and ``sigma`` have shape (n, real parameters); ``weight`` (n,) may have any sum; ``low`` and ``high``
     are the parameters' bounds, ``central`` and ``tail`` the tables of :mod:`~mobo_core.search.tpe.arithmetic`.
 
-    Written are ``inverse`` = 1 / sigma and ``scaled`` = mu / sigma, and ``factor`` and ``offset``, shape (n,):
-    kernel i is factor e^(offset - sum z^2 / 2) times its categorical part.
+    Written are ``inverse`` = c / sigma and ``scaled`` = c mu / sigma, and ``factor`` and ``offset``, shape (n,):
+    kernel i is factor 2^(offset - sum (x inverse - scaled)^2) times its categorical part; c makes that of e^(-z^2/2).
     """
     n, reals = mu.shape
     total = 0.0
@@ -76,10 +87,10 @@ def fit(
         for d in range(reals):
             s = 1.0 / sigma[i, d]
             a, b = (low[d] - mu[i, d]) * s, (high[d] - mu[i, d]) * s
-            inverse[i, d], scaled[i, d] = s, mu[i, d] * s
+            inverse[i, d], scaled[i, d] = _ROOT_HALF_LOG2_E * s, mu[i, d] * (_ROOT_HALF_LOG2_E * s)
             mass *= sigma[i, d]
             near = max(a, -b)
-            share = half_mass(b, central) - half_mass(a, central)
+            share = half_mass(b, central) - half_mass(a, central) if near < 3.0 else 0.0
             if near <= 0.0 or share > 1e-4:
                 mass *= share
             # The trial's value lies outside the bounds of today, so far that the share is better a logarithm.
@@ -89,7 +100,7 @@ def fit(
                 m, e = far_mass(a, b)
                 mass *= m
                 off -= e
-        factor[i], offset[i] = weight[i] / (total * mass), off
+        factor[i], offset[i] = weight[i] / (total * mass), off * LOG2_E
 
 
 @njit(cache=True, error_model="numpy")
@@ -142,10 +153,10 @@ def log_density(
     total, e = np.zeros(points), np.empty(points)
     own, other, none, uniform = np.empty(cats), np.empty(cats), 0.0, 0.0
     for d in range(cats):
-        other[d] = log(categorical[d, 1])
-        own[d] = log(categorical[d, 0]) - other[d]
+        other[d] = LOG2_E * log(categorical[d, 1])
+        own[d] = LOG2_E * log(categorical[d, 0]) - other[d]
         none += other[d]
-        uniform -= log(float(choices[d]))
+        uniform -= LOG2_E * log(float(choices[d]))
     for i in range(n):
         base = offset[i] + (none if i < n - 1 else uniform)
         for p in range(points):
@@ -158,10 +169,10 @@ def log_density(
             s, m = inverse[i, d], scaled[i, d]
             for p in range(points):
                 z = x[d, p] * s - m
-                e[p] -= 0.5 * z * z
+                e[p] -= z * z
         f = factor[i]
         for p in range(points):
-            total[p] += f * exp(e[p])
+            total[p] += f * exp2(e[p])
     root: Any = 2.5066282746310002  # of 2 pi
     for p in range(points):
         out[p] = log(total[p]) - reals * log(root)

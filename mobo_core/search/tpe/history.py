@@ -21,10 +21,11 @@ _NONE, _TOLD, _PENDING = 0, 1, 2
 
 @njit(cache=True)
 def gather(values: np.ndarray, rows: np.ndarray, columns: np.ndarray, out: np.ndarray) -> None:
-    """Copy ``values[rows][:, columns]`` into the first rows of ``out``."""
-    for i in range(rows.size):
-        for j in range(columns.size):
-            out[i, j] = values[rows[i], columns[j]]
+    """Copy ``values[columns][:, rows]``, turned round, into the first rows of ``out``."""
+    for j in range(columns.size):
+        column = values[columns[j]]
+        for i in range(rows.size):
+            out[i, j] = column[rows[i]]
 
 
 class History:
@@ -34,8 +35,9 @@ class History:
     there are trials in flight, however many are finished.
 
     Attributes:
-        values: parameters in Optuna's internal representation, shape (capacity, parameters): row n is trial n,
-            NaN where it has no such parameter.
+        columns: parameter -> its row in ``values``.
+        values: parameters in Optuna's internal representation, shape (parameters, capacity), by trial number; NaN
+            where a trial has no such parameter.
         loss: the objectives, to be minimised, shape (capacity, 2).
         order: numbers of the complete trials, sorted by loss; the first ``count`` entries hold.
         count: number of complete trials.
@@ -104,7 +106,7 @@ class History:
         if any(name not in self.columns for name in names):
             return rows[:0]
         gaps = [self.columns[name] for name in names if name in self._gaps]
-        return rows[~np.isnan(self.values[rows][:, gaps]).any(axis=1)] if gaps else rows
+        return rows[~np.isnan(self.values[gaps][:, rows]).any(axis=0)] if gaps else rows
 
     def _finish(self, study: Study, trial: FrozenTrial) -> None:
         number = trial.number
@@ -134,16 +136,16 @@ class History:
                 if trial.number and (self._state[: trial.number] != _NONE).any():
                     self._gaps.add(name)
                 self.columns[name] = len(self.columns)
-                self.values = np.hstack([self.values, np.full((len(self.values), 1), np.nan)])
+                self.values = np.vstack([self.values, np.full((1, self.values.shape[1]), np.nan)])
         self._gaps.update(self.columns.keys() - trial.params.keys())
-        row = self.values[trial.number]
-        row[:] = np.nan
+        number = trial.number
+        self.values[:, number] = np.nan
         for name, value in trial.params.items():
-            row[self.columns[name]] = trial.distributions[name].to_internal_repr(value)
+            self.values[self.columns[name], number] = trial.distributions[name].to_internal_repr(value)
 
     def _grow(self, capacity: int) -> None:
         old = len(self._state)
-        self.values = np.vstack([self.values, np.full((capacity - old, self.values.shape[1]), np.nan)])
+        self.values = np.hstack([self.values, np.full((len(self.values), capacity - old), np.nan)])
         self.loss = np.vstack([self.loss, np.empty((capacity - old, 2))])
         self.order = np.concatenate([self.order, np.empty(capacity - old, np.int64)])
         self._state = np.concatenate([self._state, np.zeros(capacity - old, np.int8)])

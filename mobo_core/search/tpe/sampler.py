@@ -136,7 +136,7 @@ class FastTPESampler(TPESampler):
         """Return the numbers of the good trials, weights by trial number, and the numbers of the other trials."""
         history = self._history
         if self._split_at[0] != history.changes:
-            is_good = np.zeros(len(history.values), bool)
+            is_good = np.zeros(len(history.loss), bool)
             good_trials(history.order, history.count, history.loss, self._gamma(history.count), is_good)
             weight = np.ones(len(is_good))
             if self._good_weights == "hypervolume":
