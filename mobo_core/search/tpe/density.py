@@ -82,10 +82,13 @@ def fit(
     total = 0.0
     for i in range(n):
         total += weight[i]
+    seen, reciprocal = np.zeros(reals), np.zeros(reals)  # most kernels have the bandwidth of the one before
     for i in range(n):
         mass, off = 1.0, 0.0
         for d in range(reals):
-            s = 1.0 / sigma[i, d]
+            if sigma[i, d] != seen[d]:
+                seen[d], reciprocal[d] = sigma[i, d], 1.0 / sigma[i, d]
+            s = reciprocal[d]
             a, b = (low[d] - mu[i, d]) * s, (high[d] - mu[i, d]) * s
             inverse[i, d], scaled[i, d] = _ROOT_HALF_LOG2_E * s, mu[i, d] * (_ROOT_HALF_LOG2_E * s)
             mass *= sigma[i, d]
