@@ -86,7 +86,7 @@ def test_a_poisoned_trial_fails_after_max_attempts_on_different_evaluators(
     """A candidate that kills every worker it meets is told FAIL with the reason; the study goes on."""
     bag, poisoned = tmp_path / "bag", 0
     evaluators = {
-        name: nodes.start("evaluator", remap=f"__node:={name}", workers=1, engine="simulated", simulated_s=6.0)
+        name: nodes.start("evaluator", remap=f"__node:={name}", workers=1, engine="simulated", simulated_s=8.0)
         for name in ("e1", "e2")
     }
     peer.until(lambda: {s.evaluator for s in peer.heard.get("evaluators", [])} == set(evaluators), "both evaluators")
@@ -97,9 +97,10 @@ def test_a_poisoned_trial_fails_after_max_attempts_on_different_evaluators(
         answered = {int(e.attempt) for e in peer.heard.get("evaluations", []) if e.trial == poisoned}
         for sent in peer.heard.get("candidates", []):
             attempt = int(sent.attempt)
-            due = time.monotonic() - killed.setdefault(attempt, time.monotonic() - 9.5) > 10
+            due = time.monotonic() - killed.setdefault(attempt, time.monotonic() - 2.5) > 3
             if sent.trial == poisoned and attempt not in answered and due:
-                # The only trial in flight: it is what this worker works on, half a second after it was sent.
+                # The only trial in flight: it is what this worker works on, half a second after it was sent. On a
+                # busy machine the worker may not have had it yet: then the next one gets it, and is killed too.
                 for worker in children_of(evaluators[sent.evaluator].pid):
                     os.kill(worker, signal.SIGSEGV)
                 killed[attempt] = time.monotonic()
