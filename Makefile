@@ -32,9 +32,10 @@ test-faults: setup ## setup, then the long tests of faults, up to half an hour; 
 demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, and a report of it
 	@.ci/demo.sh
 
-lint: ## ruff and mypy (after setup)
+lint: ## ruff, mypy and import contracts (after setup)
 	@.venv/bin/ruff check .
 	@.venv/bin/mypy
+	@.venv/bin/lint-imports
 
 build: ## build the messages and nodes into install/ anew
 	@.ci/setup.sh build

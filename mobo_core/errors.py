@@ -36,5 +36,9 @@ class UnableError(InputError):
     """A sound question that this engine or version cannot answer; another may."""
 
 
+class InUseError(InputError):
+    """Somebody else holds what only one may have; a moment later that may have changed."""
+
+
 class StudyError(MoboError):
     """A study cannot go on, or the answer to what was asked is no. Exit code 1."""

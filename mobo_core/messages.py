@@ -14,7 +14,6 @@ import numpy as np
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from mobo_core.errors import InputError
-from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.resources import message_folder
 
 SCHEMA_VERSION = 1
@@ -179,21 +178,3 @@ def _zero(annotation: tuple[str, str]) -> Any:
     if shape in ("array", "sequence"):
         return []
     return {"string": "", "bool": False}.get(element, 0.0 if element.startswith("float") else 0)
-
-
-def spec_to_message(spec: EvaluationSpec) -> Any:
-    """Return a spec as the message ``EvaluationSpec``."""
-    return make("EvaluationSpec", **spec.model_dump())
-
-
-def spec_from_message(message: Any) -> EvaluationSpec:
-    """Return the spec that a message holds, checked.
-
-    Raises:
-        InputError: a field that does not fit.
-    """
-    values = {}
-    for name in EvaluationSpec.model_fields:
-        value = getattr(message, name)
-        values[name] = value.tolist() if isinstance(value, np.ndarray) else value
-    return EvaluationSpec.of(values, where="spec")

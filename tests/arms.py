@@ -10,7 +10,7 @@ import pinocchio as pin
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation import EvaluationSpec
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.kernel import forward, gravity_torque
+from mobo_core.evaluation.kernel.posture import forward, gravity_torque
 
 LENGTHS = {
     "PRRYPY": (0.06, 0.27, 0.16, 0.11, 0.0, 0.0),

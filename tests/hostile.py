@@ -14,7 +14,8 @@ from peer import Peer
 
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.messages import make, spec_to_message
+from mobo_core.evaluation.spec_message import spec_to_message
+from mobo_core.messages import make
 
 URDF = to_urdf(Design("YPPYPY", (0.05, 0.25, 0.2, 0.05, 0.0, 0.05)), DesignSpace())
 SPEC = EvaluationSpec(poses_per_voxel=1, restarts=1, iterations=10)

@@ -10,12 +10,12 @@ from typing import Any
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from mobo_core import cli
 from mobo_core.bag.study_bag import StudyBag
-from mobo_core.evaluation.answer import AnswerEngine, Answering
+from mobo_core.commands import cli
+from mobo_core.coordination.answer import AnswerEngine, Answering
+from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.messages import decode, encode, make, message_type
-from mobo_core.search.dispatch import Dispatcher
-from mobo_core.search.optimizer import Optimizer
 from mobo_core.search.study import StudySettings
 
 QUICK = {"n_startup_trials": 10, "sampler": "random"}

@@ -15,13 +15,13 @@ import pytest
 from matplotlib.image import imread
 from studies import messages, mobo, run_study
 
-from mobo_core.analysis.drawing import has_dark_text, looks, picture, red_to_green
-from mobo_core.analysis.prefixes import PAPER_COLOURS, groups, prefix_of, styles
-from mobo_core.analysis.table import REACH_FLOOR_SHARE, Row, StudyTable, running_hypervolume, study_table
-from mobo_core.analysis.table_files import table_columns, to_csv
-from mobo_core.analysis.voxel_maps import voxel_figure
 from mobo_core.bag.record import read_study
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.report.figures.drawing import has_dark_text, looks, picture, red_to_green
+from mobo_core.report.figures.voxel_maps import voxel_figure
+from mobo_core.report.prefixes import PAPER_COLOURS, groups, prefix_of, styles
+from mobo_core.report.table import REACH_FLOOR_SHARE, Row, StudyTable, running_hypervolume, study_table
+from mobo_core.report.table_files import table_columns, to_csv
 from mobo_core.search.front import hypervolume
 
 REJECTED = {3, 17}

@@ -12,7 +12,7 @@ import pytest
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.search.front import hypervolume
-from mobo_core.search.samplers import trial_seed
+from mobo_core.search.samplers.registry import trial_seed
 from mobo_core.search.study import OrderedStudy, StudySettings, Told
 
 cmaes = pytest.importorskip("cmaes")

@@ -59,7 +59,7 @@ def test_reaches_poses_made_by_forward_kinematics(name: str) -> None:
 @pytest.mark.parametrize("name", ARMS)
 def test_claims_no_pose_it_does_not_reach(name: str) -> None:
     """Every accepted posture: 1 mm and 1 degree by Pinocchio, limits, Coal, Pinocchio's torque to 1e-9 N m."""
-    from mobo_core.evaluation.numerics import target_rotation
+    from mobo_core.jit.numerics import target_rotation
 
     chain = chain_from_urdf(urdf(name))
     model, centres, target = ReferenceModel(chain), SPEC.voxel_centres(), np.empty((3, 3))
@@ -106,7 +106,7 @@ def test_same_bits_for_any_number_of_threads() -> None:
 
 def test_same_poses_given_or_drawn() -> None:
     """solve_poses agrees with evaluate on the targets of a spec, up to which random starts a pose gets."""
-    from mobo_core.evaluation.numerics import target_rotation
+    from mobo_core.jit.numerics import target_rotation
 
     voxel, target = 37, np.empty((3, 3))
     rotations = []

@@ -15,10 +15,10 @@ from nodes import Nodes, finish, output, told_so_far, values, wait_for
 from studies import mobo, run_study
 
 from mobo_core.bag.record import read_study
+from mobo_core.coordination.control import Controls
+from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
-from mobo_core.search.control import Controls
-from mobo_core.search.optimizer import Optimizer
 
 ARM = ("YPPYPY", (0.05, 0.25, 0.2, 0.05, 0.0, 0.05))
 N = 24

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
 
 
 def leases(dispatcher: Dispatcher) -> dict[int, list[Dispatch]]:

@@ -25,10 +25,10 @@ from studies import run_study
 
 from mobo_core.bag.record import read_study
 from mobo_core.bag.study_bag import StudyBag
-from mobo_core.evaluation.answer import Answering
+from mobo_core.coordination.answer import Answering
+from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.messages import decode, encode, make, message_type
-from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
-from mobo_core.search.optimizer import Optimizer
 from mobo_core.search.study import StudySettings
 
 NAMES = ["a", "b", "c"]

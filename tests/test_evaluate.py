@@ -21,8 +21,9 @@ from mobo_core.evaluation import PRESETS, EvaluationSpec
 from mobo_core.evaluation import evaluate as evaluate_module
 from mobo_core.evaluation.audit import audit
 from mobo_core.evaluation.chain import Array, chain_from_urdf
-from mobo_core.evaluation.compiled import cache_folder, is_compiled
 from mobo_core.evaluation.evaluate import Postures, Result, evaluate
+from mobo_core.evaluation.kernel import CACHE
+from mobo_core.evaluation.kernel.load import is_compiled
 from mobo_core.evaluation.reference import ReferenceModel
 
 PAPER = EvaluationSpec()
@@ -353,7 +354,7 @@ def test_two_processes_compile_once_and_to_the_same_bits(tmp_path: Path, monkeyp
     with monkeypatch.context() as patch:
         for name, value in plainest.items():
             patch.setenv(name, value)
-        folder = cache_folder()
+        folder = CACHE.folder()
         assert not is_compiled()
     assert folder.is_relative_to(tmp_path)
     folder.mkdir(parents=True)
@@ -376,28 +377,29 @@ def test_two_processes_compile_once_and_to_the_same_bits(tmp_path: Path, monkeyp
 def test_cache_folder_follows_what_is_compiled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Another processor, Numba feature set or cache folder means another folder."""
     monkeypatch.setenv("MOBO_CACHE", str(tmp_path))
-    folders = {cache_folder()}
+    folders = {CACHE.folder()}
     for name, value in (
         ("NUMBA_CPU_NAME", "x86-64-v2"),
         ("NUMBA_CPU_FEATURES", "+sse4.2"),
         ("MOBO_CACHE", "elsewhere"),
     ):
         monkeypatch.setenv(name, value)
-        folders.add(cache_folder())
+        folders.add(CACHE.folder())
     assert len(folders) == 4
     monkeypatch.delenv("MOBO_CACHE")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
-    assert cache_folder().parent == tmp_path / "xdg" / "mobo"
+    assert CACHE.folder().parent == tmp_path / "xdg" / "mobo"
 
 
 def test_numba_keeps_the_kernel_in_that_folder() -> None:
     """Every compiled function is kept in mobo's folder, which its sources name, not beside the sources."""
     code = (
-        "from mobo_core.evaluation import kernel, geometry, numerics, compiled\n"
-        "functions = [f for m in (kernel, geometry, numerics) for f in vars(m).values() if hasattr(f, 'py_func')]\n"
+        "from mobo_core.evaluation.kernel import CACHE, geometry, posture, starts\n"
+        "functions = [f for m in (posture, geometry, starts) for f in vars(m).values() if hasattr(f, 'py_func')"
+        " and f.__module__.startswith('mobo_core.evaluation.kernel')]\n"
         "assert len(functions) > 8\n"
         "places = {f.stats.cache_path for f in functions}\n"
-        "print(all(p.startswith(str(compiled.cache_folder())) for p in places), places)\n"
+        "print(all(p.startswith(str(CACHE.folder())) for p in places), places)\n"
     )
     output, errors = start(code).communicate(timeout=100)
     assert output.startswith("True"), output + errors
@@ -407,13 +409,13 @@ def test_without_a_cache_folder(tmp_path: Path) -> None:
     """Where nothing can be kept, functions are compiled for the process alone, and it says so."""
     (tmp_path / "file").touch()
     code = (
-        "import numba\n"
-        "from mobo_core.evaluation import compiled, numerics\n"
-        "compiled._load = lambda n: 'loaded'\n"  # which takes long
-        "print(compiled.kernel(), numerics.sin_cos(0.0), numba.config.CACHE_DIR)\n"
+        "from mobo_core.evaluation.kernel import load\n"
+        "from mobo_core.jit import numerics\n"
+        "load._load = lambda n: 'loaded'\n"  # which takes long
+        "print(load.kernel(), numerics.sin_cos(0.0))\n"
     )
     output, errors = start(code, MOBO_CACHE=str(tmp_path / "file"), TMPDIR=str(tmp_path)).communicate(timeout=100)
-    assert output.startswith(f"loaded (0.0, 1.0) {tmp_path}/mobo-kernel-")
+    assert output == "loaded (0.0, 1.0)\n"
     assert errors.startswith("mobo: cannot keep the evaluation kernel for 6 joints compiled (Not a directory:")
     assert errors.count("\n") == 1
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["file"]  # the process tidied up
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["file"]  # and leaves no trace

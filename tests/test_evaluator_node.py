@@ -13,7 +13,8 @@ from peer import Peer
 from mobo_core.bag.record import read_study
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.messages import make, message_type, spec_to_message
+from mobo_core.evaluation.spec_message import spec_to_message
+from mobo_core.messages import make, message_type
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(180)]
 

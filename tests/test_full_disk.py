@@ -21,8 +21,8 @@ from studies import mobo, run_study
 from mobo_core.bag.reader import entries, read_bag
 from mobo_core.bag.recover import recover_file
 from mobo_core.bag.writer import McapFile
+from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.errors import StudyError
-from mobo_core.search.optimizer import Optimizer
 
 N = 60
 SPEC = {"poses_per_voxel": 2, "restarts": 1, "iterations": 20}  # as the nodes' quick.yaml

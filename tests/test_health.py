@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from nodes import Nodes, told_so_far, wait_for
 
-from mobo_core.health import Level, Rate, bag_bytes, evaluator_health, free_bytes, optimizer_health
+from mobo_core.coordination.health import Level, Rate, bag_bytes, evaluator_health, free_bytes, optimizer_health
 
 WELL = {
     "told": 50, "n_trials": 100, "in_flight": 8, "failed": 0, "waiting": 2, "resent": 0, "evaluators": 2,

@@ -15,7 +15,8 @@ from peer import Peer
 
 from mobo_core.bag.record import read_study
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.messages import message_type, spec_to_message
+from mobo_core.evaluation.spec_message import spec_to_message
+from mobo_core.messages import message_type
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
 

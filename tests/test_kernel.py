@@ -18,14 +18,14 @@ from hypothesis import strategies as st
 
 from mobo_core.evaluation import EvaluationSpec
 from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
-from mobo_core.evaluation.compiled import kernel
 from mobo_core.evaluation.evaluate import Postures, Result, evaluate
-from mobo_core.evaluation.geometry import any_pair_collides, place_capsules, segment_distance_squared
-from mobo_core.evaluation.kernel import DAMPING_FLOOR, DAMPING_GAIN, MAX_STEP
-from mobo_core.evaluation.lanes import LANES, lane_jacobian_source
-from mobo_core.evaluation.numerics import target_rotation
+from mobo_core.evaluation.kernel.geometry import any_pair_collides, place_capsules, segment_distance_squared
+from mobo_core.evaluation.kernel.lanes import LANES, lane_jacobian_source
+from mobo_core.evaluation.kernel.load import kernel
+from mobo_core.evaluation.kernel.posture import DAMPING_FLOOR, DAMPING_GAIN, MAX_STEP
 from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.reference import tool_error as reference_tool_error
+from mobo_core.jit.numerics import target_rotation
 
 ARMS = {
     **{joints: (arm(joints), "") for joints in LENGTHS},

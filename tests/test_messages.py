@@ -16,7 +16,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from mobo_core import messages
 from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec
-from mobo_core.messages import TOPICS, address, decode, encode, header, make, spec_from_message, spec_to_message
+from mobo_core.evaluation.spec_message import spec_from_message, spec_to_message
+from mobo_core.messages import TOPICS, address, decode, encode, header, make
 from mobo_core.resources import message_folder
 
 KINDS = ["EvaluationSpec", "OptimizerStatus", *TOPICS.values()]

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import kstest
 
-from mobo_core.evaluation.numerics import (
+from mobo_core.jit.numerics import (
     STREAM_ORIENTATION,
     STREAM_START,
     mix,

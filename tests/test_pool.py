@@ -16,12 +16,13 @@ import numpy as np
 import pytest
 from arms import HANDED_ARM, arm, small_spec
 
+from mobo_core.bag.validity import evaluation_fault
+from mobo_core.coordination.answer import Answering
+from mobo_core.coordination.pool import WorkerPool
 from mobo_core.evaluation import EvaluationSpec
-from mobo_core.evaluation.answer import Answering
 from mobo_core.evaluation.evaluate import evaluate
-from mobo_core.evaluation.pool import WorkerPool
-from mobo_core.messages import UNABLE, decode, encode, make, message_type, spec_to_message
-from mobo_core.search.answers import evaluation_fault
+from mobo_core.evaluation.spec_message import spec_to_message
+from mobo_core.messages import UNABLE, decode, encode, make, message_type
 
 OK, REJECTED, FAILED = (getattr(message_type("Evaluation"), name) for name in ("OK", "REJECTED", "FAILED"))
 SMALL = small_spec(poses_per_voxel=3)
@@ -236,8 +237,8 @@ def test_no_child_outlives_a_killed_parent(signum: int) -> None:
     """When the process that holds the pool is killed, its workers end too, even busy ones."""
     code = (
         "import time, test_pool\n"
-        "from mobo_core.evaluation.answer import Answering\n"
-        "from mobo_core.evaluation.pool import WorkerPool\n"
+        "from mobo_core.coordination.answer import Answering\n"
+        "from mobo_core.coordination.pool import WorkerPool\n"
         "pool = WorkerPool(Answering('e'), 2)\n"
         "while pool.ready < 2: pool.wait(1.0); pool.collect()\n"
         "pool.submit(test_pool.candidate(spec=test_pool.ENDLESS))\n"
@@ -316,8 +317,8 @@ def test_an_evaluator_and_simulated_workers_need_no_heavy_libraries() -> None:
     """What they import starts in a fraction of the time that Numba, Pinocchio and Optuna take."""
     program = (
         "import sys\n"
-        "from mobo_core.evaluation import pool, worker\n"
-        "from mobo_core.evaluation.answer import Answering\n"
+        "from mobo_core.coordination import pool, worker\n"
+        "from mobo_core.coordination.answer import Answering\n"
         "Answering('e', 'simulated').load()\n"
         "print(sorted({'numba', 'pinocchio', 'coal', 'optuna', 'scipy'} & sys.modules.keys()))\n"
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from studies import run_study
 
-from mobo_core.cli import VERBS
+from mobo_core.commands.cli import VERBS
 from mobo_core.messages import TOPICS
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from nodes import Nodes, finish, output, wait_for
 
-from mobo_core.shared_memory import SHM_FOLDER, clean_shared_memory
+from mobo.shared_memory import SHM_FOLDER, clean_shared_memory
 
 SEGMENT, PORT = "fastrtps_0123456789abcdef", "fastrtps_port7413"
 

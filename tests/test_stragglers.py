@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from mobo_core.search.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
 
 
 @dataclass

@@ -16,7 +16,7 @@ from peer import Peer
 from studies import run_study
 
 from mobo_core.bag.record import read_study
-from mobo_core.evaluation.answer import Answering
+from mobo_core.coordination.answer import Answering
 from mobo_core.messages import decode, encode, make, message_type
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]

@@ -17,7 +17,7 @@ import pytest
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec
-from mobo_core.search.samplers import SamplerName, paper_gamma, sampler_factory, tenth, trial_seed
+from mobo_core.search.samplers.registry import SamplerName, paper_gamma, sampler_factory, tenth, trial_seed
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 
 TRIALS = 30

@@ -24,10 +24,10 @@ from optuna.samplers._tpe import sampler as stock_tpe
 from optuna.trial import FrozenTrial, TrialState, create_trial
 
 from mobo_core.design import DesignSpace
-from mobo_core.search.samplers import paper_gamma, tenth, trial_seed
-from mobo_core.search.tpe.estimator import Estimator, Space
-from mobo_core.search.tpe.ranking import good_trials, hypervolume_weights, insert_sorted
-from mobo_core.search.tpe.sampler import FastTPESampler, recent
+from mobo_core.search.samplers.registry import paper_gamma, tenth, trial_seed
+from mobo_core.search.samplers.tpe.estimator import Estimator, Space
+from mobo_core.search.samplers.tpe.ranking import good_trials, hypervolume_weights, insert_sorted
+from mobo_core.search.samplers.tpe.sampler import FastTPESampler, recent
 
 DATA = Path(__file__).parent / "data"
 # What each version of Optuna does by default.

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import special, stats
 
-from mobo_core.search.tpe.arithmetic import (
+from mobo_core.jit.functions import (
     CENTRAL,
     TAIL,
     between,

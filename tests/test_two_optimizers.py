@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodes import Nodes, finish, output, told_so_far, values, wait_for
 
-from mobo_core.bag.lock import InUseError
-from mobo_core.search.claim import CLAIM_FRESH_S, LISTEN_S, Claim, Claimant
+from mobo_core.coordination.claim import CLAIM_FRESH_S, LISTEN_S, Claim, Claimant
+from mobo_core.errors import InUseError
 
 LEASE_S = 5.0
 

@@ -14,7 +14,7 @@ from studies import run_study
 from mobo_core.bag.reader import read_bag
 from mobo_core.bag.record import read_study
 from mobo_core.bag.writer import McapFile
-from mobo_core.cli import main
+from mobo_core.commands.cli import main
 from mobo_core.messages import decode, encode
 
 N = 20

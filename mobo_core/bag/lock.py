@@ -9,13 +9,9 @@ import socket
 from pathlib import Path
 from typing import IO, Any
 
-from mobo_core.errors import InputError
+from mobo_core.errors import InUseError
 
 LOCK_FILE = ".lock"
-
-
-class InUseError(InputError):
-    """Somebody else holds what only one may have; a moment later that may have changed."""
 
 
 class BagLock:

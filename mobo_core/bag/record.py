@@ -13,11 +13,11 @@ from typing import Any
 from mobo_core import __version__
 from mobo_core.bag.files import bag_files
 from mobo_core.bag.reader import Entry, FileContent, entries, first_record, read_bag, read_record, stream
+from mobo_core.bag.validity import is_good
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.messages import SCHEMA_VERSION, decode, message_type
-from mobo_core.search.answers import is_good
 from mobo_core.search.study import StudySettings
 
 _LIBRARIES = ("optuna", "pin", "coal", "numba", "numpy", "xacro", "mcap")

@@ -58,7 +58,7 @@ def add(verbs: Any) -> None:
 
 def run_info(args: argparse.Namespace) -> int:
     """Print what a bag holds."""
-    from mobo_core.analysis.bag_info import bag_info
+    from mobo_core.bag.info import bag_info
     from mobo_core.bag.record import read_study
 
     with notice(f"reading {args.bag}"):

@@ -50,10 +50,10 @@ def add(verbs: Any) -> None:
 
 def run_evaluate(args: argparse.Namespace) -> int:
     """Measure and print."""
-    from mobo_core.analysis.bench import DESIGNS, bench_evaluate
+    from mobo_core.bench.evaluation import DESIGNS, bench_evaluate
+    from mobo_core.commands.progress import bar
     from mobo_core.design import Design
     from mobo_core.evaluation import load_spec, with_ik
-    from mobo_core.progress import bar
 
     spec = load_spec(args.spec)
     if args.ik:
@@ -85,9 +85,9 @@ def run_evaluate(args: argparse.Namespace) -> int:
 
 def run_sampler(args: argparse.Namespace) -> int:
     """Measure and print."""
-    from mobo_core.analysis.bench_sampler import bench_sampler
+    from mobo_core.bench.sampler import bench_sampler
+    from mobo_core.commands.progress import bar
     from mobo_core.design import DesignSpace
-    from mobo_core.progress import bar
 
     try:
         trials = [int(word) for word in args.trials.split(",")]

@@ -37,8 +37,8 @@ def add(verbs: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Check and print."""
     if args.warm:
-        from mobo_core.evaluation.compiled import kernel
-        from mobo_core.search.samplers import fast_tpe
+        from mobo_core.evaluation.kernel.load import kernel
+        from mobo_core.search.samplers.registry import fast_tpe
 
         for n in (6, 7):
             kernel(n)
@@ -84,13 +84,14 @@ def _compiler() -> tuple[bool, str]:
 
 
 def _kernel() -> tuple[bool, str]:
-    from mobo_core.evaluation.compiled import cache_folder, is_compiled, kernel
+    from mobo_core.evaluation.kernel import CACHE
+    from mobo_core.evaluation.kernel.load import is_compiled, kernel
 
     before = is_compiled()
     began = time.perf_counter()
     kernel()
     how = "loaded" if before else "compiled"
-    return True, f"{how} in {time.perf_counter() - began:.1f} s, kept in {cache_folder()}"
+    return True, f"{how} in {time.perf_counter() - began:.1f} s, kept in {CACHE.folder()}"
 
 
 def _ros() -> tuple[bool, str]:

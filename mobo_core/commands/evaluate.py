@@ -35,9 +35,9 @@ def add(verbs: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Evaluate and print."""
+    from mobo_core.commands.progress import bar
     from mobo_core.evaluation import load_spec, with_ik
     from mobo_core.evaluation.evaluate import evaluate
-    from mobo_core.progress import bar
 
     if args.threads < 1:
         raise InputError(str(args.threads), where="--threads", expected="1 or more")

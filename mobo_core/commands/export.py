@@ -64,8 +64,8 @@ def _add_table(kinds: Any) -> None:
 
 def run_table(args: argparse.Namespace) -> int:
     """Write the table of a bag."""
-    from mobo_core.analysis.table import study_table
-    from mobo_core.analysis.table_files import check_table_path, table_columns, write_table
+    from mobo_core.report.table import study_table
+    from mobo_core.report.table_files import check_table_path, table_columns, write_table
 
     path = Path(args.output)
     check_table_path(path)
@@ -98,9 +98,9 @@ def run_urdf(args: argparse.Namespace) -> int:
 
 
 def _export_best(bag: str, top: int, folder: Path) -> int:
-    from mobo_core.analysis.best import best_rows, urdf_name
-    from mobo_core.analysis.table import study_table
     from mobo_core.outputs import make_folder, write_whole
+    from mobo_core.report.best import best_rows, urdf_name
+    from mobo_core.report.table import study_table
 
     study = read_bag_argument(bag)
     rows = best_rows(study, study_table(study), top)

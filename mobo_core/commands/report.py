@@ -31,9 +31,9 @@ def add(verbs: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read, write, print."""
-    from mobo_core.analysis.report import PAGE, report_folders, write_index, write_report
     from mobo_core.bag.files import bag_files
-    from mobo_core.progress import bar
+    from mobo_core.commands.progress import bar
+    from mobo_core.report.report import PAGE, report_folders, write_index, write_report
 
     output = Path(args.output)
     for bag in args.bags:
@@ -54,8 +54,8 @@ def run(args: argparse.Namespace) -> int:
 def _print(report: Any) -> None:
     from rich.console import Console
 
-    from mobo_core.analysis.console import front_table, prefix_table
-    from mobo_core.analysis.prefixes import found
+    from mobo_core.report.console import front_table, prefix_table
+    from mobo_core.report.prefixes import found
 
     table = report.table
     console = Console(highlight=False)

@@ -30,10 +30,10 @@ def add(verbs: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Verify and print what differs."""
-    from mobo_core.analysis.verify import verify
     from mobo_core.bag.record import read_study
-    from mobo_core.evaluation.compiled import kernel
-    from mobo_core.progress import bar
+    from mobo_core.commands.progress import bar
+    from mobo_core.evaluation.kernel.load import kernel
+    from mobo_core.verify.verify import verify
 
     for name in ("sample", "workers"):
         value = getattr(args, name)

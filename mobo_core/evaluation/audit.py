@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from mobo_core.evaluation.chain import Chain
-from mobo_core.evaluation.numerics import STREAM_AUDIT, pick, target_rotation
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.jit.numerics import STREAM_AUDIT, pick, target_rotation
 
 if TYPE_CHECKING:
     from mobo_core.evaluation.result import Postures

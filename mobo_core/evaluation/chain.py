@@ -11,9 +11,10 @@ import numpy as np
 import pinocchio as pin
 
 from mobo_core.errors import InputError
-from mobo_core.evaluation.geometry import place_capsules, segment_distance_squared
-from mobo_core.evaluation.kernel import forward
+from mobo_core.evaluation.kernel.geometry import place_capsules, segment_distance_squared
+from mobo_core.evaluation.kernel.posture import forward
 from mobo_core.evaluation.urdf import CheckedUrdf, check_urdf
+from mobo_core.jit.cache import interpreted
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -220,16 +221,16 @@ def _pairs(chain: Chain) -> Array:
     n, count = chain.n, len(chain.capsule_radius)
     rest = np.clip(np.zeros(n), chain.lower, chain.upper)
     axes, origins, rotations = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
-    forward.py_func(
+    interpreted(forward)(
         chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, rest, axes, origins, rotations, np.empty((4, 3))
     )
     ends = np.empty((count, 2, 3))
-    place_capsules.py_func(chain.capsule_joint, chain.capsule_a, chain.capsule_b, origins, rotations, ends)
+    interpreted(place_capsules)(chain.capsule_joint, chain.capsule_a, chain.capsule_b, origins, rotations, ends)
     pairs = []
     for i, j in itertools.combinations(range(count), 2):
         if chain.capsule_joint[i] == chain.capsule_joint[j]:
             continue
-        squared = segment_distance_squared.py_func(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1])
+        squared = interpreted(segment_distance_squared)(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1])
         if math.sqrt(squared) - chain.capsule_radius[i] - chain.capsule_radius[j] > TOUCHING:
             pairs.append((i, j))
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)

@@ -14,10 +14,10 @@ import numpy as np
 
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.compiled import kernel
-from mobo_core.evaluation.numerics import sin_cos
+from mobo_core.evaluation.kernel.load import kernel
+from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_samples
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.evaluation.starts import GRID, no_table, sort_table, unit_samples
+from mobo_core.jit.numerics import sin_cos
 
 # Postures sampled for the starts of ik_mode complete.
 TABLE_SAMPLES = 20_000

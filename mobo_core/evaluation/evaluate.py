@@ -147,7 +147,7 @@ def solve_poses(
         threads: threads of the kernel.
 
     Returns:
-        Outcome (m,), 0 where reached (see :mod:`mobo_core.evaluation.kernel`); postures (m, n) in rad; and
+        Outcome (m,), 0 where reached (see :mod:`mobo_core.evaluation.kernel.posture`); postures (m, n) in rad; and
         norms of the gravity torque (m,) in N m; the last two of poses reached only.
 
     Raises:

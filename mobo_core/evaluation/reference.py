@@ -13,9 +13,9 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from mobo_core.evaluation import kernel
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.numerics import random_start, target_rotation
+from mobo_core.evaluation.kernel import posture as kernel
+from mobo_core.jit.numerics import random_start, target_rotation
 
 
 class ReferenceModel:
@@ -83,7 +83,7 @@ def _capsule_placement(a: Array, b: Array) -> Any:
 
 
 def tool_error(tip: Any, target_r: Array, target_p: Array) -> tuple[Array, float, float]:
-    """Return the six errors of the tool at ``tip`` and their squared norms (see :mod:`mobo_core.evaluation.kernel`)."""
+    """Return the six errors of the tool at ``tip`` and their squared norms, as the kernel has them."""
     relative = target_r @ tip.rotation.T
     sine = 0.5 * np.array(
         [relative[2, 1] - relative[1, 2], relative[0, 2] - relative[2, 0], relative[1, 0] - relative[0, 1]]
@@ -99,7 +99,7 @@ def evaluate_voxels_reference(
     position_tolerance: float, half_angle_sine: float, self_collision: bool, least_torque: bool,
     out_outcome: Array, out_torque: Array, out_q: Array, out_effort: Array,
 ) -> None:  # fmt: skip
-    """Evaluate as :func:`mobo_core.evaluation.kernel.evaluate_voxels` does; same arguments and outputs."""
+    """Evaluate as :func:`mobo_core.evaluation.kernel.posture.evaluate_voxels` does; same arguments and outputs."""
     model = ReferenceModel(chain)
     target_r, q = np.empty((3, 3)), np.empty(chain.n)
     for voxel in range(first, last):

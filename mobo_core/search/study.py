@@ -11,7 +11,7 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from mobo_core.design import Design, DesignSpace
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.search.samplers import LEAVE_NOTES, SamplerName, sampler_factory
+from mobo_core.search.samplers.registry import LEAVE_NOTES, SamplerName, sampler_factory
 from mobo_core.settings import Settings
 
 

@@ -20,12 +20,11 @@ from rclpy.node import Node
 from rclpy.qos import LivelinessPolicy, QoSProfile
 
 from mobo.runtime import Stop, qos
-from mobo_core.bag.lock import InUseError
 from mobo_core.bag.study_bag import StudyBag
-from mobo_core.errors import InputError
-from mobo_core.evaluation.answer import host_id
+from mobo_core.coordination.answer import host_id
+from mobo_core.coordination.claim import Claim, Claimant, in_use
+from mobo_core.errors import InputError, InUseError
 from mobo_core.messages import decode, encode, make
-from mobo_core.search.claim import Claim, Claimant, in_use
 from mobo_msgs.msg import OptimizerStatus
 
 _REPEAT_S = 0.1

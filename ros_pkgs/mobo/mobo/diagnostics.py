@@ -7,8 +7,8 @@ from collections.abc import Callable
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
-from mobo_core.evaluation.answer import host_id
-from mobo_core.health import Health
+from mobo_core.coordination.answer import host_id
+from mobo_core.coordination.health import Health
 
 _PERIOD_S = 1.0
 

@@ -19,13 +19,13 @@ from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
 from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core.bag.study_bag import StudyBag, check_bag
+from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.health import Health, Rate, bag_bytes, free_bytes, optimizer_health
+from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError, MoboError
 from mobo_core.evaluation import load_spec
-from mobo_core.health import Health, Rate, bag_bytes, free_bytes, optimizer_health
 from mobo_core.messages import encode, message_type
-from mobo_core.search.dispatch import Dispatcher
-from mobo_core.search.optimizer import Optimizer
 from mobo_core.search.study import StudySettings
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 

@@ -21,9 +21,9 @@ from rclpy.node import Node  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rclpy.signals import SignalHandlerOptions  # noqa: E402
 
+from mobo.shared_memory import clean_shared_memory  # noqa: E402
+from mobo_core.coordination.processes import die_with_parent  # noqa: E402
 from mobo_core.errors import MoboError  # noqa: E402
-from mobo_core.processes import die_with_parent  # noqa: E402
-from mobo_core.shared_memory import clean_shared_memory  # noqa: E402
 
 # Set by the study supervisor for its children: "PID SIGNAL".
 PARENT_VARIABLE = "MOBO_PARENT"

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from mobo_core.search.control import Reply
-from mobo_core.search.optimizer import Optimizer
+from mobo_core.coordination.control import Reply
+from mobo_core.coordination.optimizer import Optimizer
 from mobo_msgs.srv import Enqueue
 
 _STATES = ("running", "paused", "done", "stopped", "failed")

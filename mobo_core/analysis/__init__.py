@@ -1,1 +1,0 @@
-"""What a study means: tables, pictures and the report."""

@@ -1,0 +1,33 @@
+"""Whether the values of an Evaluation make sense, whoever sent it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mobo_core.messages import message_type
+
+
+def evaluation_fault(evaluation: Any, n_voxels: int) -> str:
+    """Return what is wrong with the values of an Evaluation, or ""."""
+    for name in ("voxel_reach", "voxel_torque", "voxel_torque_sd", "voxel_out_of_range", "voxel_not_converged",
+                 "voxel_in_collision"):  # fmt: skip
+        values = getattr(evaluation, name)
+        if len(values) != n_voxels:
+            return f"{name} has {len(values)} entries, not {n_voxels}"
+        if not np.all(np.isfinite(values)) or np.any(values < 0):
+            return f"{name} holds a number that is negative or not finite"
+    if np.any(evaluation.voxel_reach > 1):
+        return "voxel_reach above 1"
+    for total, part in (("reach", "voxel_reach"), ("torque", "voxel_torque")):
+        value, parts = getattr(evaluation, total), math.fsum(getattr(evaluation, part))
+        if not math.isfinite(value) or abs(value - parts) > 1e-9 * max(1.0, parts):
+            return f"{total} is {value!r}, but {part} adds up to {parts!r}"
+    return ""
+
+
+def is_good(evaluation: Any, n_voxels: int) -> bool:
+    """Return whether an Evaluation carries values that may be told."""
+    return evaluation.status == message_type("Evaluation").OK and not evaluation_fault(evaluation, n_voxels)

@@ -1,0 +1,1 @@
+"""How fast and how good: evaluation against its oracle, the sampler against Optuna's."""

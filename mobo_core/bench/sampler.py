@@ -1,0 +1,152 @@
+"""Speed of the sampler against Optuna's own, and how far their densities differ, on one history in one run."""
+
+from __future__ import annotations
+
+import statistics
+import time
+import tracemalloc
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import optuna
+from optuna.distributions import BaseDistribution
+from optuna.samplers import TPESampler
+from optuna.samplers._tpe import sampler as stock_tpe
+from optuna.trial import FrozenTrial, TrialState, create_trial
+
+from mobo_core.design import Design, DesignSpace
+from mobo_core.search.samplers.registry import fast_tpe, tenth, trial_seed
+from mobo_core.search.samplers.tpe.estimator import Space
+from mobo_core.search.samplers.tpe.sampler import FastTPESampler
+
+_MOBO_RUNS, _STOCK_RUNS = 25, 5
+_POINTS = 64
+
+
+def bench_sampler(
+    trials: list[int], space: DesignSpace, progress: Callable[[int, int], None] = lambda done, total: None
+) -> dict[str, Any]:
+    """Measure ask + tell of mobo's TPE and of Optuna's with equal settings, at each number of finished trials.
+
+    The trials are random designs with made-up values. ``ms_mobo`` and ``ms_optuna`` are medians over some trials
+    that both samplers add in turn to the same study. ``ms_draw`` is the part of an ask after the densities are
+    fitted, for all parameters of fixed range; ``bytes_per_trial`` what the sampler itself keeps.
+    ``max_density_error`` is the largest difference of log densities, good or other trials', and of acquisition
+    values at 64 points, half of them random ones, half drawn.
+    """
+    version_4 = optuna.__version__.startswith("4.")
+    rules: dict[str, Any] = {} if version_4 else {"good_weights": "equal", "bandwidth": "neighbours"}
+    rows, error = [], 0.0
+    study, rng = optuna.create_study(directions=["maximize", "minimize"]), np.random.RandomState(1)
+    for count, n in enumerate(sorted(trials)):
+        _fill(study, space, n)
+        tracemalloc.start()
+        mobo = fast_tpe()(gamma=tenth, **rules)
+        _ask_and_tell(study, mobo, space, rng)
+        kept = tracemalloc.get_traced_memory()[0]
+        tracemalloc.stop()
+        stock = _stock()
+        _ask_and_tell(study, stock, space, rng)  # warm-up
+        own, theirs = [], []
+        for run in range(_MOBO_RUNS):
+            mobo.reseed(trial_seed(0, run))
+            own.append(_ask_and_tell(study, mobo, space, rng))
+            if run % (_MOBO_RUNS // _STOCK_RUNS) == 0:
+                theirs.append(_ask_and_tell(study, stock, space, rng))
+        row_error, ms_draw = _density_error(study, mobo, stock)
+        error = max(error, row_error)
+        row = {"n_trials": n, "ms_mobo": statistics.median(own), "ms_optuna": statistics.median(theirs)}
+        row |= {"ratio": row["ms_optuna"] / row["ms_mobo"], "ms_draw": ms_draw}
+        rows.append(row | {"bytes_per_trial": kept / n})
+        progress(count + 1, len(trials))
+    return {
+        "joints": space.n_joints,
+        "mode": space.lengths,
+        "optuna": optuna.__version__,
+        "rows": rows,
+        "max_density_error": error,
+    }
+
+
+def _stock() -> TPESampler:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return TPESampler(n_startup_trials=100, multivariate=True, constant_liar=True, gamma=tenth, seed=0)
+
+
+def _values(design: Design, rng: np.random.RandomState) -> tuple[float, float]:
+    """Return values that hang on the design about as reach (of 75 voxels) and torque (N m) do."""
+    long, last = design.lengths[1] + design.lengths[2], design.lengths[-1]
+    reach = 75.0 * rng.random_sample() * long * (1.0 - last) * (1 + design.joints.count("R")) / (1 + len(design.joints))
+    return reach, reach * (4.0 + 6.0 * rng.random_sample() + design.joints.count("P"))
+
+
+def _fill(study: optuna.Study, space: DesignSpace, n: int) -> None:
+    """Add random trials until the study has ``n``."""
+    rng = np.random.RandomState(len(study.trials))
+    for _ in range(n - len(study.trials)):
+        params: dict[str, Any] = {f"J{i + 1}": "RPY"[rng.randint(3)] for i in range(space.n_joints)}
+        rest = space.total_length
+        for i in range(space.n_joints - 1):
+            share = rng.random_sample()
+            longest = min(space.max_length, max(0.0, rest))
+            params[f"u{i + 1}" if space.lengths == "fractions" else f"L{i + 1}"] = (
+                share if space.lengths == "fractions" else share * longest
+            )
+            rest -= share * longest
+        distributions = space.distributions(params)
+        values = _values(space.design(params), rng)
+        study.add_trial(create_trial(params=params, distributions=distributions, values=values))
+
+
+def _ask_and_tell(
+    study: optuna.Study, sampler: optuna.samplers.BaseSampler, space: DesignSpace, rng: np.random.RandomState
+) -> float:
+    """Return the milliseconds that one trial takes to be asked and told."""
+    study.sampler = sampler
+    began = time.perf_counter()
+    trial = study.ask()
+    design = space.suggest(trial)
+    study.tell(trial, _values(design, rng))
+    return 1e3 * (time.perf_counter() - began)
+
+
+def _density_error(study: optuna.Study, mobo: FastTPESampler, stock: TPESampler) -> tuple[float, float]:
+    """Return the largest difference of log densities, and the milliseconds of a draw after the fit."""
+    mobo._history.update(study, -1)
+    space: dict[str, BaseDistribution] = mobo._history.space
+    parts = Space(space)
+    good, others = mobo.estimators(space)
+    rng = np.random.RandomState(0)
+    times = []
+    for _ in range(_MOBO_RUNS):
+        u = rng.random_sample((1 + len(space), 24))
+        began = time.perf_counter()
+        x, c = good.draw(u)
+        np.argmax(good.log_density(x, c) - others.log_density(x, c))
+        times.append(1e3 * (time.perf_counter() - began))
+    x, c = good.draw(rng.random_sample((1 + len(space), _POINTS)))
+    half = _POINTS // 2
+    x[:, :half] = rng.uniform(parts.low[:, None], parts.high[:, None], (len(parts.real), half))
+    c[:, :half] = rng.randint(0, parts.choices[:, None], (len(parts.categorical), half))
+    own = good.log_density(x, c), others.log_density(x, c)
+    points = dict(zip((*parts.real, *parts.categorical), (*x, *c), strict=True))
+    theirs = _stock_densities(study, stock, space, {name: points[name] for name in space})
+    acquisition = np.abs((own[0] - own[1]) - (theirs[0] - theirs[1])).max()
+    differences = (float(np.abs(a - b).max()) for a, b in zip(own, theirs, strict=True))
+    return max(*differences, float(acquisition)), statistics.median(times)
+
+
+def _stock_densities(
+    study: optuna.Study, stock: TPESampler, space: dict[str, BaseDistribution], points: dict[str, Any]
+) -> tuple[Any, Any]:
+    trials: list[FrozenTrial] = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
+    more = (False,) if optuna.__version__.startswith("4.") else ()  # no constraints
+    good, others = stock_tpe._split_trials(study, trials, tenth(len(trials)), *more)
+    return (
+        stock._build_parzen_estimator(study, space, good, handle_below=True).log_pdf(points),
+        stock._build_parzen_estimator(study, space, others, handle_below=False).log_pdf(points),
+    )
+

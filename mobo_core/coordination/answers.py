@@ -1,0 +1,43 @@
+"""Whether an answer or a heartbeat makes sense, whoever sent it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mobo_core.bag.validity import evaluation_fault
+from mobo_core.coordination.dispatch import Dispatch
+from mobo_core.errors import InputError
+from mobo_core.messages import decode, message_type
+
+# A heartbeat of so many workers, each with a candidate, is far smaller than so many bytes.
+MAX_WORKERS = 10_000
+MAX_HEARTBEAT_BYTES = 1_000_000
+MAX_NAME = 255
+
+
+def claim_of(evaluation: Any, n_voxels: int) -> tuple[Dispatch, bool, str]:
+    """Return which sending an Evaluation answers, whether its trial may be told from it, and what is wrong with it."""
+    kinds = message_type("Evaluation")
+    fault = evaluation_fault(evaluation, n_voxels) if evaluation.status == kinds.OK else ""
+    ok = not fault and evaluation.status in (kinds.OK, kinds.REJECTED)
+    return Dispatch(int(evaluation.trial), int(evaluation.attempt), evaluation.evaluator), ok, fault
+
+
+def read_heartbeat(data: bytes) -> Any:
+    """Return the EvaluatorStatus that CDR bytes hold.
+
+    Raises:
+        InputError: the bytes are not one, or one that no evaluator sends.
+    """
+    where = "heartbeat"
+    if len(data) > MAX_HEARTBEAT_BYTES:
+        raise InputError(f"{len(data)} bytes", where=where, expected=f"at most {MAX_HEARTBEAT_BYTES} bytes")
+    status = decode("EvaluatorStatus", data)
+    name = status.evaluator
+    if not name or len(name) > MAX_NAME or not name.isprintable():
+        raise InputError(f"evaluator {name[:40]!r}", where=where, expected=f"a name of 1 to {MAX_NAME} characters")
+    if not 0 < status.workers <= MAX_WORKERS:
+        raise InputError(f"{name}: {status.workers} workers", where=where, expected=f"1 to {MAX_WORKERS}")
+    if not len(status.studies) == len(status.trials) == len(status.attempts):
+        raise InputError(f"{name}: studies, trials, attempts of different lengths", where=where, expected="equal ones")
+    return status

@@ -1,0 +1,306 @@
+"""The optimizer without its ROS node: study, dispatch and bag together, messages in and out as bytes."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mobo_core.bag.study_bag import StudyBag
+from mobo_core.coordination.answers import claim_of, read_heartbeat
+from mobo_core.coordination.control import Controls
+from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.design.description import TIP_LINK
+from mobo_core.design.prepared import PreparedXacro
+from mobo_core.errors import InputError
+from mobo_core.evaluation.spec_message import spec_to_message
+from mobo_core.messages import UNABLE, decode, encode, make, message_type
+from mobo_core.search.front import RunningFront
+from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
+
+# Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
+_MAX_UNUSED_RECORDED = 16
+
+# Trials of a resumed study between two lines on how far it has come, some two seconds.
+_SAY_EVERY = 2000
+
+Publish = Callable[[str, bytes], None]
+
+
+class Optimizer:
+    """Runs a study: call :meth:`on_evaluator` and :meth:`on_evaluation` with what comes in, :meth:`tick` often.
+
+    Every message is in the bag, flushed, before it takes effect.
+
+    Args:
+        bag: the open bag; a study it holds already is continued.
+        settings: what the trials depend on.
+        n_trials: the total to reach.
+        dispatcher: hands trials to evaluators.
+        publish: sends bytes on a topic (relative name).
+        log: takes lines for people.
+        warn: takes lines on what went wrong; a flood of them may come.
+    """
+
+    def __init__(
+        self,
+        bag: StudyBag,
+        settings: StudySettings,
+        n_trials: int,
+        dispatcher: Dispatcher,
+        publish: Publish,
+        log: Callable[[str], None] = print,
+        warn: Callable[[str], None] = print,
+    ) -> None:
+        self.settings, self.n_trials = settings, n_trials
+        self.study = OrderedStudy(settings)
+        self.controls = Controls(bag.name, settings.space, self._record_command)
+        self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
+        self._log, self._warn = log, warn
+        self._spec_message = spec_to_message(settings.spec)
+        self._xacro, self._front = PreparedXacro(settings.space), RunningFront(settings.spec.n_voxels)
+        self._urdfs: dict[int, str] = {}
+        self._answers: dict[int, Any] = {}  # trial -> Trial message, waiting for its turn
+        self._evaluations: dict[int, Any] = {}  # trial -> accepted Evaluation, likewise
+        self._unused_of: dict[int, int] = {}
+        self.answers = self.answers_unused = self.resent = self.failed = 0
+        self.best: tuple[Any, str] | None = None  # Evaluation and URDF of the highest reach
+        if (past := bag.take_past()) is not None:
+            self._replay(past)
+
+    @property
+    def done(self) -> bool:
+        """Whether every trial is told."""
+        return len(self.study.told) >= self.n_trials
+
+    @property
+    def state(self) -> int:
+        """The StudyStatus state of a study that is not over."""
+        states = message_type("StudyStatus")
+        return int(states.PAUSED if self.controls.paused else states.RUNNING)
+
+    def on_evaluator(self, data: bytes, now: float) -> None:
+        """Take a heartbeat (CDR bytes of an EvaluatorStatus)."""
+        try:
+            status = read_heartbeat(data)
+        except InputError as error:
+            self._warn(f"heartbeat ignored: {error}")
+            return
+        kinds = message_type("EvaluatorStatus")
+        name = status.evaluator
+        if status.state == kinds.LEFT:
+            if name in self._dispatcher.evaluators:
+                self._record_evaluator(status, kinds.LEFT)
+                self._log(f"{name} left")
+            self._dispatcher.left(name)
+        elif status.state == kinds.ALIVE:
+            holds = [
+                (int(trial), int(attempt))
+                for study, trial, attempt in zip(status.studies, status.trials, status.attempts, strict=True)
+                if study == self._bag.name
+            ]
+            if self._dispatcher.heard(name, int(status.workers), holds, now):
+                self._record_evaluator(status, kinds.JOINED)
+                self._log(f"{name} joined: {status.workers} workers, {status.engine}, mobo {status.mobo_version}")
+        self.tick(now)
+
+    def on_evaluation(self, data: bytes, now: float) -> None:
+        """Take an answer (CDR bytes of an Evaluation): recorded, judged, and if it is its trial's first, used."""
+        self.answers += 1
+        try:
+            evaluation = decode("Evaluation", data)
+        except InputError as error:
+            self.answers_unused += 1
+            self._warn(f"answer ignored: {error}")
+            return
+        trial = int(evaluation.trial)
+        if evaluation.study != self._bag.name or trial >= len(self.study.asked):
+            self.answers_unused += 1
+            self._warn(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
+            return
+        dispatch, ok, _ = claim_of(evaluation, self.settings.spec.n_voxels)
+        if self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED and not self._dispatcher.matters(dispatch, ok=ok):
+            self.answers_unused += 1
+            return
+        self._bag.append_raw("evaluations", "Evaluation", data)
+        if not self._judge(evaluation, now):
+            self.answers_unused += 1
+            self._unused_of[trial] = self._unused_of.get(trial, 0) + 1
+        self.tick(now)
+
+    def tick(self, now: float) -> None:
+        """Do all there is to do: tell, ask, send out."""
+        lost, exhausted = self._dispatcher.expire(now)
+        for name in lost:
+            self._record_evaluator(make("EvaluatorStatus", evaluator=name), message_type("EvaluatorStatus").LOST)
+            self._warn(f"{name} lost: its candidates go to others")
+        for trial in exhausted:
+            self._give_up(trial, "timed out on every attempt")
+        while True:
+            while len(self.study.told) in self._answers:
+                self._tell(self._answers.pop(len(self.study.told)))
+            if len(self.study.asked) < self.n_trials and self.study.may_ask() and not self.controls.paused:
+                params = self.controls.enqueued.pop(len(self.study.asked), None)
+                self._open(self.study.ask() if params is None else self.study.recall(params))
+            else:
+                break
+        if self.controls.paused:
+            return
+        for dispatch in self._dispatcher.next_dispatches(now):
+            self._send(dispatch)
+
+    def status(self, state: int, reason: str = "") -> Any:
+        """Return the study's StudyStatus."""
+        return make(
+            "StudyStatus",
+            study=self._bag.name,
+            state=state,
+            reason=reason,
+            n_trials=self.n_trials,
+            asked=len(self.study.asked),
+            told=len(self.study.told),
+            failed=self.failed,
+            evaluators=len(self._dispatcher.evaluators),
+            workers=sum(self._dispatcher.evaluators.values()),
+            front_size=len(self._front),
+            best_reach=self._front.best_reach,
+            hypervolume=self._front.hypervolume,
+            answers=self.answers,
+            answers_unused=self.answers_unused,
+            resent=self.resent,
+            bag=str(self._bag.folder),
+        )
+
+    def record_status(self, state: int, reason: str = "") -> bytes:
+        """Put the study's status into the bag; return it as CDR bytes."""
+        return self._bag.append("study", self.status(state, reason))
+
+    def _replay(self, past: Any) -> None:
+        """Bring the study to where its bag left it."""
+        sent: dict[int, set[Dispatch]] = {}
+        params: dict[int, dict[str, Any]] = {}
+        for candidate in past.candidates:
+            trial = int(candidate.trial)
+            if trial not in past.trials:
+                sent.setdefault(trial, set()).add(Dispatch(trial, int(candidate.attempt), candidate.evaluator))
+            params.setdefault(trial, json.loads(candidate.params_json))
+        for number in range(len(params)):
+            if number not in params:
+                raise InputError(f"no candidate of trial {number}", where=str(past.path), expected="every trial")
+            while not self.study.may_ask():
+                self._retell(past)
+            self.study.recall(params[number])
+            if number and number % _SAY_EVERY == 0:
+                self._log(f"resuming {past.name}: {number} of {len(params)} trials")
+        while len(self.study.told) in past.trials:
+            self._retell(past)
+        self.controls.repeat(past.commands, len(params))
+        for number in range(len(self.study.told), len(params)):
+            self._open(self.study.asked[number], sent.get(number))
+        for evaluation in past.evaluations:
+            if int(evaluation.trial) >= len(self.study.told):
+                self._judge(evaluation, 0.0)  # no lease of that time is left to measure
+        self.best = past.best
+        self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {len(self._answers)} answered")
+        if self.controls.paused:
+            self._log("paused, as it was when it ended; `ros2 run mobo control resume` goes on")
+
+    def _retell(self, past: Any) -> None:
+        number = len(self.study.told)
+        if number not in past.trials:
+            raise InputError(f"trial {number} was never told", where=str(past.path), expected="trials in order")
+        self._count(_told(past.trials[number]))
+
+    def _count(self, told: Told) -> None:
+        self.study.tell(told)
+        if told.values is None:
+            self.failed += 1
+        else:
+            self._front.add(*told.values)
+
+    def _open(self, asked: Asked, sent: set[Dispatch] | None = None) -> None:
+        self._urdfs[asked.number] = self._xacro.to_urdf(asked.design)
+        self._dispatcher.open(asked.number, sent or ())
+
+    def _send(self, dispatch: Dispatch) -> None:
+        asked = self.study.asked[dispatch.trial]
+        candidate = make(
+            "Candidate",
+            study=self._bag.name,
+            trial=dispatch.trial,
+            attempt=dispatch.attempt,
+            evaluator=dispatch.evaluator,
+            sampled_joints=asked.design.sampled_joints,
+            joints=asked.design.joints,
+            lengths=asked.design.lengths,
+            urdf=self._urdfs[dispatch.trial],
+            tip=TIP_LINK,
+            spec=self._spec_message,
+            params_json=json.dumps(asked.params),
+        )
+        self.resent += dispatch.attempt > 1
+        self._publish("candidates", self._bag.append("candidates", candidate))
+
+    def _judge(self, evaluation: Any, now: float) -> bool:
+        """Let the dispatcher judge an answer; return whether it changed anything."""
+        kinds = message_type("Evaluation")
+        dispatch, ok, fault = claim_of(evaluation, self.settings.spec.n_voxels)
+        unable = evaluation.status == kinds.FAILED and evaluation.reason.startswith(UNABLE)
+        verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable)
+        reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
+        if verdict is Verdict.ACCEPTED:
+            failed = evaluation.status == kinds.REJECTED
+            self._answer(evaluation, f"rejected: {reason}" if failed else "")
+        elif verdict is Verdict.EXHAUSTED:
+            self._answer(evaluation, reason)
+        elif verdict is Verdict.RETRY:
+            self._warn(f"trial {dispatch.trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason[:2000]}")
+        return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
+
+    def _answer(self, evaluation: Any, failure: str) -> None:
+        kinds = message_type("Trial")
+        self._answers[int(evaluation.trial)] = make(
+            "Trial",
+            study=self._bag.name,
+            trial=evaluation.trial,
+            state=kinds.FAIL if failure else kinds.COMPLETE,
+            attempt=evaluation.attempt,
+            evaluator=evaluation.evaluator,
+            reach=math.nan if failure else evaluation.reach,
+            torque=math.nan if failure else evaluation.torque,
+            reason=failure[:2000],
+        )
+        if not failure:
+            self._evaluations[int(evaluation.trial)] = evaluation
+
+    def _give_up(self, trial: int, reason: str) -> None:
+        fields = {"trial": trial, "state": message_type("Trial").FAIL, "reach": math.nan, "torque": math.nan}
+        self._answers[trial] = make("Trial", study=self._bag.name, reason=reason, **fields)
+
+    def _tell(self, trial: Any) -> None:
+        self._publish("trials", self._bag.append("trials", trial))
+        told = _told(trial)
+        self._count(told)
+        urdf = self._urdfs.pop(told.number)
+        evaluation = self._evaluations.pop(told.number, None)
+        if told.values is None:
+            self._warn(f"trial {told.number} failed: {trial.reason}")
+        elif evaluation is not None and (self.best is None or evaluation.reach > self.best[0].reach):
+            self.best = (evaluation, urdf)
+
+    def _record_command(self, command: Any) -> None:
+        self._publish("commands", self._bag.append("commands", command))
+
+    def _record_evaluator(self, status: Any, state: int) -> None:
+        event = decode("EvaluatorStatus", encode(status))
+        event.state = state
+        event.studies, event.trials, event.attempts = [], np.empty(0, np.uint32), np.empty(0, np.uint32)
+        self._bag.append("evaluators", event)
+
+
+def _told(trial: Any) -> Told:
+    complete = trial.state == message_type("Trial").COMPLETE
+    return Told(int(trial.trial), (float(trial.reach), float(trial.torque)) if complete else None)

@@ -1,0 +1,26 @@
+"""Asks the kernel the smallest of questions, so that it is compiled, or loaded from the cache."""
+
+from __future__ import annotations
+
+from types import ModuleType
+
+import numpy as np
+
+from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_samples
+
+
+def run(module: ModuleType, n: int) -> None:
+    """Call a kernel for ``n`` joints with the types of arguments that evaluations use."""
+    eye, one, up = np.eye(3), np.ones(n), np.array([0.0, 0.0, 1.0])
+    constants = np.zeros((n + 1, 12))
+    samples, tips, poses = np.zeros((1, n)), np.zeros((12, 1)), np.zeros((12, 1))
+    unit_samples(0, samples)
+    module.table_tips(constants, samples, 0, 1, tips)
+    cell_first = np.zeros(GRID**3 + 1, np.int64)
+    sort_table(tips, np.zeros(3), 1.0, np.zeros(1, np.int64), np.zeros(1, np.int64), cell_first, poses)
+    module.evaluate_voxels(
+        np.stack([eye] * n), np.zeros((n, 3)), eye, up, constants, -one, one, one, np.zeros((n, 3)), 1.0,
+        np.zeros(1, np.int64), np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros((0, 2), np.int64),
+        *no_table(n), up[None].copy(), np.zeros((0, 0, 3, 3)), 0, 1, 0, 1, 1, 1, 1e-3, 1e-2, True, False, -up,
+        np.zeros((1, 1), np.uint8), np.zeros((1, 1)), np.zeros((1, 1, n)), np.zeros((1, 2), np.int64),
+    )  # fmt: skip

@@ -1,0 +1,121 @@
+"""Compiled functions, kept in the user's cache folder: compiled once per machine for each set of sources."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import os
+import sys
+from collections.abc import Callable, Iterable
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+Loaded = TypeVar("Loaded")
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def _to_stderr(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def cache_base() -> Path:
+    """Return the folder that holds all of mobo's caches: below MOBO_CACHE, XDG_CACHE_HOME or ~/.cache."""
+    base = Path(os.environ.get("MOBO_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    return base / "mobo"
+
+
+class Cache:
+    """The compiled functions of some source files, and where they are kept.
+
+    Numba itself looks at one file at a time, and would keep a function whose callee changed. So the functions
+    that call each other share a cache, whose folder depends on all of their sources; others have their own.
+
+    Args:
+        name: of the set, which the folder's name begins with.
+        sources: the files that hold its functions, and those whose functions or constants these use.
+    """
+
+    def __init__(self, name: str, sources: Iterable[Path | str]) -> None:
+        self.name = name
+        self._sources = sorted(Path(source) for source in sources)
+
+    def folder(self) -> Path:
+        """Return the folder: it depends on the sources, on Numba's version and on the processor compiled for."""
+        import numba
+        from llvmlite import binding
+
+        cpu = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
+        features = os.environ.get("NUMBA_CPU_FEATURES") or ""
+        text = hashlib.sha256(f"{numba.__version__} {sys.version_info[:2]} {cpu} {features}".encode())
+        for source in self._sources:
+            text.update(source.read_bytes())
+        return cache_base() / f"{self.name}-{text.hexdigest()[:16]}"
+
+    @cached_property
+    def kept(self) -> Path | None:
+        """The folder, made if need be; None where nothing can be kept."""
+        folder = self.folder()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            return None
+        return folder if os.access(folder, os.W_OK) else None
+
+    def compiled(self, function: Function) -> Function:
+        """Compile a function (at its first call), without fastmath: it then neither reorders nor contracts.
+
+        Division follows NumPy's rules, and the GIL is released. Where nothing can be kept it is compiled for
+        this process.
+        """
+        import numba
+
+        if self.kept is not None:
+            # Numba settles where a function is kept as it decorates it, and would choose __pycache__ otherwise.
+            numba.config.CACHE_DIR = str(self.kept)  # type: ignore[attr-defined]
+        decorate = numba.njit(cache=self.kept is not None, nogil=True, error_model="numpy")
+        return cast(Function, decorate(function))
+
+    def is_complete(self, part: str) -> bool:
+        """Return whether this machine holds a part, compiled by :meth:`once`, that fits."""
+        return (self.folder() / f"complete_{part}").exists()
+
+    def once(
+        self, what: str, part: str, load: Callable[[], Loaded], say: Callable[[str], None] = _to_stderr
+    ) -> Loaded:
+        """Call ``load``, which compiles what the cache lacks, and return what it returns.
+
+        The first process on a machine compiles under a file lock; others wait for it. Both say so.
+
+        Args:
+            what: is loaded, for people.
+            part: of the set, for the mark that it is complete.
+            load: imports and calls the functions.
+            say: takes lines for people.
+        """
+        folder = self.folder() if self.kept is None else self.kept
+        complete = folder / f"complete_{part}"
+        try:
+            lock = (folder / "lock").open("a")
+        except OSError as error:
+            say(f"mobo: cannot keep {what} compiled ({error.strerror}: {folder}); compiling for this process")
+            return load()
+        with lock:
+            if not complete.exists():
+                try:
+                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                except BlockingIOError:
+                    say(f"mobo: waiting for another process that compiles {what} …")
+                    fcntl.flock(lock, fcntl.LOCK_EX)
+                if not complete.exists():
+                    say(f"mobo: compiling {what}, once per machine …")
+                    loaded = load()
+                    complete.touch()
+                    return loaded
+        return load()
+
+
+def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a compiled function as Python runs it: for a few calls, compiling takes longer."""
+    plain: Callable[..., Any] = function.py_func  # type: ignore[attr-defined]
+    return plain

@@ -1,0 +1,1 @@
+"""What a study means: tables, pictures, a page."""

@@ -1,0 +1,61 @@
+"""The tables of the report for a terminal."""
+
+from __future__ import annotations
+
+from rich.box import Box
+from rich.table import Table
+from rich.text import Text
+
+from mobo_core.report.prefixes import Group
+from mobo_core.report.table import Row, StudyTable
+
+# A line below the headings, and one at the end of a section.
+_LINES = Box("    \n    \n ── \n    \n ── \n    \n    \n    \n")
+
+
+def front_table(table: StudyTable) -> Table:
+    """Return the raw Pareto front by falling reach, a line drawn at the reach floor."""
+    out = Table(
+        title="Pareto front: the highest reach for the least torque",
+        title_justify="left",
+        title_style="bold",
+        box=_LINES,
+        pad_edge=False,
+    )
+    for heading in ("trial", "joints", f"reach of {table.n_voxels}", "torque N m", "lengths m", "known as"):
+        out.add_column(heading, justify="right" if heading[:5] in ("trial", "reach", "torqu") else "left")
+    useful = table.useful_front
+    for row in useful:
+        out.add_row(*_cells(row), end_section=row is useful[-1])
+    for row in table.front[len(useful) :]:
+        out.add_row(*_cells(row), style="dim")
+    if len(useful) < len(table.front):
+        out.caption = f"below the line: less than a tenth of the voxels ({table.floor:g}) reached"
+        out.caption_justify = "left"
+    return out
+
+
+def prefix_table(groups: list[Group], n_voxels: int) -> Table:
+    """Return the best arm of each prefix; those that the paper names come first, in bold."""
+    out = Table(
+        title="The highest reach of each order of the first four joints",
+        title_justify="left",
+        title_style="bold",
+        box=_LINES,
+        pad_edge=False,
+    )
+    for heading in ("prefix", "arms", "on front", "trial", "joints", f"reach of {n_voxels}", "torque N m", "lengths m"):
+        out.add_column(heading, justify="left" if heading in ("prefix", "joints", "lengths m") else "right")
+    for i, group in enumerate(groups):
+        prefix = Text(group.prefix, style="bold" if group.in_paper else "")
+        last_named = group.in_paper and (i + 1 == len(groups) or not groups[i + 1].in_paper)
+        best = group.best
+        cells = _cells(best)[:5] if best is not None else [Text("-")] * 5
+        out.add_row(prefix, str(len(group.rows)), str(group.n_on_front), *cells, end_section=last_named)
+    return out
+
+
+def _cells(row: Row) -> list[Text]:
+    lengths = " ".join(f"{length:.3f}" for length in row.lengths)
+    values = (str(row.trial), row.joints, f"{row.reach:.2f}", f"{row.torque:.1f}", lengths, ", ".join(row.known_as))
+    return [Text(value) for value in values]

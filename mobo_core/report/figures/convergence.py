@@ -1,0 +1,40 @@
+"""The picture of a study's progress: hypervolume over trials."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from mobo_core.report.figures.drawing import FAINT, plain
+from mobo_core.report.table import StudyTable, running_hypervolume
+
+_LINE = "#0072b2"
+
+
+def hypervolume_figure(table: StudyTable, n_startup_trials: int, title: str) -> Figure:
+    """Return the hypervolume of the trials told so far, failed ones counted, at about a hundred points."""
+    figure = Figure(figsize=(9.6, 4.0), layout="constrained")
+    axes = figure.add_subplot()
+    axes.set_title(plain(title), loc="left", pad=12)
+    axes.set_xlabel("trials told")
+    axes.set_ylabel("hypervolume [share of the box]")
+    axes.grid(True, axis="y")
+    counts, volumes = running_hypervolume(table)
+    n = max(len(table.rows), 1)
+    axes.set_xlim(0, n)
+    if volumes:
+        axes.plot([0, *counts], [0.0, *volumes], color=_LINE, linewidth=1.8, drawstyle="steps-post")
+        axes.fill_between([0, *counts], [0.0, *volumes], step="post", color=_LINE, alpha=0.10, linewidth=0)
+        axes.annotate(
+            f"{volumes[-1]:.4f}", (counts[-1], volumes[-1]), xytext=(-4, 6), textcoords="offset points",
+            ha="right", color=_LINE, fontweight="bold",
+        )  # fmt: skip
+        axes.set_ylim(0, 1.14 * volumes[-1] if volumes[-1] > 0 else 1.0)
+    else:
+        axes.text(0.5, 0.5, "no trial told", transform=axes.transAxes, ha="center", color=FAINT)
+    startup = min(n_startup_trials, n)
+    axes.axvspan(0, startup, color="#f1f1f1", zorder=0)
+    axes.text(
+        0.5 * startup, 0.03, "drawn at random" if startup > 0.15 * n else "random",
+        transform=axes.get_xaxis_transform(), ha="center", color=FAINT, fontsize=9,
+    )  # fmt: skip
+    return figure

@@ -1,0 +1,173 @@
+"""Pictures of one arm's voxels: reach and torque, a square for each layer of the workspace."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.patches import Circle, Rectangle
+from matplotlib.ticker import MaxNLocator, MultipleLocator
+
+from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.report.figures.drawing import FAINT, INK, has_dark_text, plain, red_to_green
+from mobo_core.report.table import Row
+
+# The ends of the paper's colour scales.
+REACH_ENDS = (0.0, 1.0)
+TORQUE_ENDS = (3.0, 10.0)  # N m, green and red
+_MOST_NUMBERS = 8  # voxels along a side, up to which each shows its value
+_MOST_HATCHED = 1000  # voxels in a layer
+_MOST_LAYERS = 12
+_JOINT_WIDTH = 17.0  # points, of a joint's letter in its circle
+_JOINT_COLOURS = {"R": "#cc79a7", "P": "#0072b2", "Y": "#e69f00"}  # told apart by all eyes
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def voxel_figure(row: Row, evaluation: Any, spec: EvaluationSpec, title: str) -> Figure:
+    """Return the maps of an arm: above reach, below torque, layers of voxels from low to high.
+
+    Of more than twelve layers, twelve are drawn, evenly chosen.
+
+    Args:
+        row: the arm.
+        evaluation: its Evaluation message.
+        spec: the workspace.
+        title: of the picture.
+    """
+    nx, ny, nz = spec.shape
+    reach = np.asarray(evaluation.voxel_reach, float).reshape(nx, ny, nz)
+    torque = np.asarray(evaluation.voxel_torque, float).reshape(nx, ny, nz)
+    layers = sorted({round(i) for i in np.linspace(0, nz - 1, min(nz, _MOST_LAYERS))})
+    columns, bands = _grid(len(layers))
+    figure = Figure(
+        figsize=(2.25 * columns + 1.6, 4.75 * bands + 1.5),
+        layout=ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.05, hspace=0.03),
+    )
+    figure.suptitle(plain(title), x=0.012, ha="left", fontsize=12)
+    figure.supxlabel(
+        "hatched: no pose reached;  dashed: as far as the stretched arm goes at this height",
+        fontsize=8.5, color=FAINT,
+    )  # fmt: skip
+    heights = [0.62, *([2.2] * 2 * bands)]
+    grid = figure.add_gridspec(1 + 2 * bands, columns, height_ratios=heights)
+    _arm(figure.add_subplot(grid[0, :]), row, 72 * figure.get_figwidth())
+    maps = (
+        ("reach", reach, REACH_ENDS, red_to_green(), "share of poses reached"),
+        ("torque", np.where(reach > 0, torque, np.nan), TORQUE_ENDS, red_to_green().reversed(), "torque [N m]"),
+    )
+    for place, (name, values, ends, colours, label) in enumerate(maps):
+        colours = colours.with_extremes(bad="#ececec")
+        of_map = []
+        for i, layer in enumerate(layers):
+            line = 1 + 2 * (i // columns) + place
+            axes = figure.add_subplot(grid[line, i % columns])
+            of_map.append(axes)
+            mesh = _layer(axes, values[:, :, layer], spec, layer, mpl.colors.Normalize(*ends), colours, row, name)
+            axes.tick_params(labelleft=i % columns == 0, labelbottom=place == 1)
+            if i % columns == 0:
+                axes.set_ylabel("y [m]")
+            if place == 1:
+                axes.set_xlabel("x [m]")
+            else:
+                axes.set_title(f"z = {_middle(spec, 2, layer):.2f} m".replace("-", "\u2212"))
+        figure.colorbar(
+            mesh, ax=of_map, label=label, extend="both" if name == "torque" else "neither", pad=0.015,
+            aspect=16, fraction=0.045, ticks=MultipleLocator(0.2 if name == "reach" else 1.0),
+        )  # fmt: skip
+    return figure
+
+
+def _grid(nz: int) -> tuple[int, int]:
+    """Return columns and bands (a band is a line of reach above one of torque) for so many layers."""
+    columns = min(nz, 6) if nz <= 6 else math.ceil(nz / math.ceil(nz / 6))
+    return columns, math.ceil(nz / columns)
+
+
+def _middle(spec: EvaluationSpec, axis: int, i: int) -> float:
+    return spec.workspace_min[axis] + (i + 0.5) * spec.voxel_size + 0.0
+
+
+def _layer(
+    axes: Axes, values: Array, spec: EvaluationSpec, layer: int, norm: Any, colours: Any, row: Row, name: str
+) -> Any:
+    """Draw one layer; ``values`` has the shape (nx, ny), NaN where no pose was reached."""
+    nx, ny = values.shape
+    low, high = spec.workspace_min, spec.workspace_max
+    x, y = np.linspace(low[0], high[0], nx + 1), np.linspace(low[1], high[1], ny + 1)
+    many = nx * ny > _MOST_HATCHED
+    shown = np.ma.masked_invalid(values.T)
+    mesh = axes.pcolormesh(x, y, shown, norm=norm, cmap=colours, edgecolors="white", linewidth=0.0 if many else 1.0)
+    axes.set(aspect="equal", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MaxNLocator(nbins=5, steps=[1, 2, 4, 10]))
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+    numbers = max(nx, ny) <= _MOST_NUMBERS
+    for i in range(nx):
+        for j in range(ny):
+            value, at = values[i, j], (0.5 * (x[i] + x[i + 1]), 0.5 * (y[j] + y[j + 1]))
+            empty = not np.isfinite(value) or (name == "reach" and value == 0)
+            if empty and not many:
+                corner, size = (x[i], y[j]), spec.voxel_size
+                colour = "#b9b9b9" if name == "torque" else "#ffffff80"
+                hatched = Rectangle(corner, size, size, fill=False, hatch="////", linewidth=0, edgecolor=colour)
+                axes.add_patch(hatched).set_in_layout(False)
+            elif numbers and not empty:
+                dark = has_dark_text(colours(norm(value)))
+                text = f"{value:.2f}" if name == "reach" else f"{value:.1f}"
+                number = axes.text(*at, text, ha="center", va="center", fontsize=8.5, color=INK if dark else "white")
+                number.set_in_layout(False)
+    _limit_of_arm(axes, sum(row.lengths), _middle(spec, 2, layer))
+    return mesh
+
+
+def _limit_of_arm(axes: Axes, length: float, z: float) -> None:
+    """Draw how far the stretched arm goes at this height."""
+    if abs(z) < length:
+        radius = math.sqrt(length**2 - z**2)
+        dashes = (0, (4, 3))
+        axes.add_patch(Circle((0, 0), radius, fill=False, linestyle=dashes, edgecolor=INK, alpha=0.7))
+
+
+def _arm(axes: Axes, row: Row, width: float) -> None:
+    """Draw the stretched arm with its joints along it; joints at (nearly) the same place side by side.
+
+    Args:
+        axes: to draw in.
+        row: the arm.
+        width: of the picture in points.
+    """
+    total = max(sum(row.lengths), 1e-9)
+    step = _JOINT_WIDTH / (0.75 * width) * total
+    places: list[tuple[float, str]] = []
+    at = 0.0
+    for joint, length in zip(row.joints, row.lengths, strict=False):
+        if places and at - places[-1][0] < step * len(places[-1][1]):
+            places[-1] = (places[-1][0], places[-1][1] + joint)
+        else:
+            places.append((at, joint))
+        at += length
+    axes.plot([0, total], [0, 0], color="#555555", linewidth=3.2, solid_capstyle="round", zorder=1)
+    words: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 8, "color": "#555555"}
+    last, low = -math.inf, False
+    for x, joints in places:
+        first = min(x, total - step * (len(joints) - 1))
+        for i, joint in enumerate(joints):
+            colour = _JOINT_COLOURS.get(joint, FAINT)
+            axes.text(
+                first + step * i, 0, plain(joint), ha="center", va="center", fontsize=9, fontweight="bold",
+                color="white", zorder=3 + i,
+                bbox={"boxstyle": "circle,pad=0.22", "facecolor": colour, "edgecolor": "white"},
+            )  # fmt: skip
+        low = x - last < 2 * step and not low
+        axes.annotate(f"{x:.3f}", (x, 0), xytext=(0, -28 if low else -17), ha="center", **words)
+        last = x
+    axes.annotate(f"{total:.3f} m", (total, 0), xytext=(16, 0), ha="left", **words)
+    axes.set(xlim=(-0.04 * total, 1.13 * total), ylim=(-1.9, 1))
+    axes.set_axis_off()

@@ -1,0 +1,153 @@
+"""The report as one HTML page with everything in it: no script, nothing loaded from elsewhere."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+
+from mobo_core.bag.record import StudyRecord
+from mobo_core.report import markup
+from mobo_core.report.prefixes import PAPER_COLOURS, Group, found
+from mobo_core.report.table import Row, StudyTable
+from mobo_core.search.front import hypervolume
+
+_MOST_FAILED = 50
+
+
+def study_page(
+    study: StudyRecord,
+    table: StudyTable,
+    groups: Sequence[Group],
+    maps: Mapping[str, str],
+    pictures: Mapping[str, bytes],
+) -> str:
+    """Return the page of one study.
+
+    Args:
+        study: what it is of.
+        table: its trials.
+        groups: its arms by prefix.
+        maps: prefix -> name of its voxel map.
+        pictures: name -> PNG.
+    """
+    settings = study.settings
+    space, spec = settings.space, settings.spec
+    open_trials = len({int(candidate.trial) for candidate in study.candidates} - set(study.trials))
+    reach, torque = [row.reach for row in table.complete], [row.torque for row in table.complete]
+    cards = [
+        (len(table.complete), "arms evaluated"),
+        (len(table.failed), "failed"),
+        (open_trials, "not finished"),
+        (len(table.front), "on the front"),
+        (f"{max(reach, default=0.0):.1f}", f"best reach of {table.n_voxels}"),
+        (f"{hypervolume(reach, torque, table.n_voxels):.4f}", "hypervolume"),
+    ]
+    body = [
+        f"<h1>{escape(study.name)}</h1>",
+        f'<p class="sub">Robot arms of {space.n_joints} joints and {space.total_length:g} m, searched for high reach '
+        f"and low joint torque: {escape(settings.sampler)}, seed {settings.seed}, {spec.n_voxels} voxels of "
+        f"{spec.voxel_size:g} m, {spec.poses_per_voxel} poses each.</p>",
+        *[f'<p class="bad">{escape(fault)}: the report holds what could be read.</p>' for fault in study.faults],
+        '<ul class="cards">' + "".join(f"<li><b>{n}</b><span>{escape(t)}</span></li>" for n, t in cards) + "</ul>",
+        markup.figure(pictures["sampling.png"], "All arms by reach and torque. The front is ringed in black."),
+        "<h2>Pareto front</h2>",
+        _front(table),
+        "<h2>Best arm of each prefix</h2>",
+        _prefixes(found(groups), table.n_joints),
+        '<p class="note">A prefix is the order of the first four joints; named in bold by the paper this follows '
+        "(Kawaharazuka et al., Advanced Robotics 2025).</p>",
+        "<h2>Progress</h2>",
+        markup.figure(
+            pictures["hypervolume.png"],
+            "Share of the box between (reach 0, torque 10 N m a voxel) and (full reach, no torque) that is dominated.",
+        ),
+    ]
+    if maps:
+        body.append("<h2>Where the arms reach, and at what torque</h2>")
+    for prefix, name in maps.items():
+        body.append(markup.figure(pictures[name], f"The arm of the highest reach that begins {prefix}."))
+    if table.failed:
+        rows = [[str(row.trial), row.joints, row.reason] for row in table.failed[:_MOST_FAILED]]
+        body.append("<h2>Failed trials</h2>")
+        body.append(markup.table(["trial", "joints", "reason"], rows, right=(0,), wrap=(2,)))
+        if len(table.failed) > _MOST_FAILED:
+            body.append(f"<p>and {len(table.failed) - _MOST_FAILED} more, see trials.csv</p>")
+    body += ["<h2>Settings</h2>", markup.settings({"study": study.name, **settings.to_dict()})]
+    body += ["<h2>Versions</h2>", markup.settings(_json(study.record.get("versions", "{}")))]
+    body += ["<h2>Files</h2>", '<p>Tables: <a href="front.csv">front.csv</a>, <a href="trials.csv">trials.csv</a>. '
+             'Picture: <a href="sampling.svg">sampling.svg</a>.</p>']  # fmt: skip
+    return markup.html(f"{study.name}: report", body)
+
+
+def index_page(links: Iterable[tuple[str, StudyRecord, StudyTable]]) -> str:
+    """Return the page that leads to the pages of several studies, each in a folder of its own."""
+    head = ("study", "joints", "trials", "on the front", "best reach")
+    lines = [f"<tr>{''.join(f'<th>{title}</th>' for title in head)}</tr>"]
+    for folder, study, table in links:
+        best = max((row.reach for row in table.complete), default=0.0)
+        cells = (
+            str(table.n_joints),
+            str(len(table.rows)),
+            str(len(table.front)),
+            f"{best:.2f} of {table.n_voxels}",
+        )
+        link = f'<a href="{escape(folder)}/index.html">{escape(study.name)}</a>'
+        lines.append(f"<tr><td>{link}</td>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>")
+    body = f'<div class="wide"><table>{"".join(lines)}</table></div>'
+    return markup.html("Reports", ["<h1>Reports</h1>", body])
+
+
+def _front(table: StudyTable) -> str:
+    if not table.front:
+        return "<p>No complete trial yet.</p>"
+    useful = len(table.useful_front)
+    head = ["trial", "joints", f"reach of {table.n_voxels}", "torque [N m]", "lengths [m]", "known as"]
+    rows = [[*_cells(row), ", ".join(row.known_as)] for row in table.front]
+    classes = ["" if i < useful else "low line" if i == useful and useful else "low" for i in range(len(rows))]
+    note = (
+        f'<p class="note">An arm that reaches nothing takes no torque, so the raw front runs down to zero reach. '
+        f"Grey: below the reach floor of a tenth of the voxels ({table.floor:g}).</p>"
+    )
+    return markup.table(head, rows, right=(0, 2, 3), classes=classes) + note
+
+
+def _cells(row: Row) -> list[str]:
+    return [
+        str(row.trial),
+        row.joints,
+        f"{row.reach:.2f}",
+        f"{row.torque:.1f}",
+        " ".join(f"{x:.3f}" for x in row.lengths),
+    ]
+
+
+def _prefixes(groups: Sequence[Group], n_joints: int) -> str:
+    colours = PAPER_COLOURS.get(n_joints, {})
+    lines = []
+    for group in groups:
+        best = group.best
+        if best is None:
+            continue
+        colour = colours[group.prefix][0] if group.in_paper else "#cfcfcf"
+        name = f"<b>{escape(group.prefix)}</b>" if group.in_paper else escape(group.prefix)
+        cells = [str(len(group.rows)), str(group.n_on_front), *_cells(best)]
+        numbers = (0, 1, 2, 4, 5)
+        lines.append(
+            f'<tr><td><span class="key" style="background:{colour}"></span>{name}</td>'
+            + "".join(f"<td{' class=n' if i in numbers else ''}>{escape(cell)}</td>" for i, cell in enumerate(cells))
+            + "</tr>"
+        )
+    head = ("arms", "on the front", "best: trial", "joints", "reach", "torque [N m]", "lengths [m]")
+    titles = "<th>prefix</th>" + "".join(
+        f"<th{' class=n' if i in (0, 1, 2, 4, 5) else ''}>{title}</th>" for i, title in enumerate(head)
+    )
+    return f'<div class="wide"><table><tr>{titles}</tr>{"".join(lines)}</table></div>'
+
+
+def _json(text: str) -> dict[str, object]:
+    try:
+        values = json.loads(text)
+    except ValueError:
+        return {"": text}
+    return values if isinstance(values, dict) else {"": text}

@@ -1,0 +1,105 @@
+"""A Parzen estimator of the trials of one kind, good or bad."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution
+
+from mobo_core.jit.functions import CENTRAL, TAIL
+from mobo_core.search.samplers.tpe import density
+
+Bandwidth = Literal["scott", "neighbours"]
+
+PRIOR_WEIGHT = 1.0
+
+
+def supported(space: dict[str, BaseDistribution]) -> bool:
+    """Return whether the estimator knows all distributions: categorical ones, and floats without step or log."""
+    return all(
+        isinstance(d, CategoricalDistribution) or (isinstance(d, FloatDistribution) and d.step is None and not d.log)
+        for d in space.values()
+    )
+
+
+class Space:
+    """Parameters in the order in which random numbers go to them: categorical ones, then real ones.
+
+    Args:
+        space: distributions by name.
+    """
+
+    def __init__(self, space: dict[str, BaseDistribution]) -> None:
+        self.distributions = space
+        self.categorical = [name for name, d in space.items() if isinstance(d, CategoricalDistribution)]
+        self.real = [name for name in space if name not in self.categorical]
+        self.choices = np.array([len(space[name].choices) for name in self.categorical], np.int64)  # type: ignore[attr-defined]
+        self.low: Any = np.array([space[name].low for name in self.real], np.float64)  # type: ignore[attr-defined]
+        self.high: Any = np.array([space[name].high for name in self.real], np.float64)  # type: ignore[attr-defined]
+
+    def __len__(self) -> int:
+        """Return the number of parameters."""
+        return len(self.distributions)
+
+    def external(self, x: Any, c: Any, point: int) -> dict[str, Any]:
+        """Return one drawn point as Optuna's parameters."""
+        values = {name: float(c[i, point]) for i, name in enumerate(self.categorical)}
+        values |= {name: float(x[i, point]) for i, name in enumerate(self.real)}
+        return {name: d.to_external_repr(values[name]) for name, d in self.distributions.items()}
+
+
+class Estimator:
+    """The density of some trials' parameters, a prior mixed in.
+
+    Args:
+        space: the parameters.
+        codes: choices of the trials, shape (trials + 1, categorical parameters); the last row is free.
+        mu: real values, shape (trials + 1, real parameters), likewise.
+        weight: of the trials, shape (trials,).
+        bandwidth: ``scott``: one for all trials, which narrows as their number grows; ``neighbours``: for each
+            trial the wider gap to the next values.
+    """
+
+    def __init__(self, space: Space, codes: Any, mu: Any, weight: Any, bandwidth: Bandwidth) -> None:
+        self._space, self._codes, self._mu = space, codes, mu
+        n = len(weight)
+        self._weight = np.append(weight, PRIOR_WEIGHT) if n else np.ones(1)
+        codes[n], mu[n] = -1, 0.5 * (space.low + space.high)
+        self._sigma = np.empty_like(mu)
+        if bandwidth == "scott":
+            density.scott_bandwidths(n, len(space), space.low, space.high, self._sigma)
+        else:
+            density.neighbour_bandwidths(mu[:n], space.low, space.high, self._sigma[:n])
+        self._sigma[n] = space.high - space.low
+        least = PRIOR_WEIGHT / (n + 1)
+        norm = 1.0 + least * space.choices
+        self._categorical = np.stack([(1.0 + least) / norm, least / norm], axis=1)
+        self._inverse, self._scaled = np.empty_like(mu), np.empty_like(mu)
+        self._factor, self._offset = np.empty(n + 1), np.empty(n + 1)
+        density.fit(
+            mu, self._sigma, self._weight, space.low, space.high, CENTRAL, TAIL,
+            self._inverse, self._scaled, self._factor, self._offset,
+        )  # fmt: skip
+
+    def draw(self, u: Any) -> tuple[Any, Any]:
+        """Return points as (real values, choices), shapes (parameters of the kind, points).
+
+        ``u`` holds uniform numbers, shape (1 + parameters, points).
+        """
+        space = self._space
+        x, c = np.empty((len(space.real), u.shape[1])), np.empty((len(space.categorical), u.shape[1]))
+        density.draw(
+            u, self._weight, self._mu, self._sigma, self._codes, space.choices, self._categorical,
+            space.low, space.high, CENTRAL, TAIL, x, c,
+        )  # fmt: skip
+        return x, c
+
+    def log_density(self, x: Any, c: Any) -> Any:
+        """Return the log density at points, which are given as :meth:`draw` returns them."""
+        out = np.empty(x.shape[1])
+        density.log_density(
+            x, c, self._inverse, self._scaled, self._factor, self._offset, self._codes, self._space.choices,
+            self._categorical, out,
+        )  # fmt: skip
+        return out

@@ -1,1 +1,0 @@
-"""Tree-structured Parzen estimator for two objectives, at the speed that thousands of trials ask for."""

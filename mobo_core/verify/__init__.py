@@ -1,0 +1,1 @@
+"""Whether a bag says the truth."""
