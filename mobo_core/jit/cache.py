@@ -34,10 +34,11 @@ class Cache:
     Args:
         name: of the set, which the folder's name begins with.
         sources: the files that hold its functions, and those whose functions or constants these use.
+        nogil: release the GIL in its functions; they may then write only to what their caller alone has.
     """
 
-    def __init__(self, name: str, sources: Iterable[Path | str]) -> None:
-        self.name = name
+    def __init__(self, name: str, sources: Iterable[Path | str], *, nogil: bool = False) -> None:
+        self.name, self._nogil = name, nogil
         self._sources = sorted(Path(source) for source in sources)
 
     def folder(self) -> Path:
@@ -47,8 +48,9 @@ class Cache:
 
         cpu = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
         features = os.environ.get("NUMBA_CPU_FEATURES") or ""
-        text = hashlib.sha256(f"{numba.__version__} {sys.version_info[:2]} {cpu} {features}".encode())
-        for source in self._sources:
+        text = hashlib.sha256(f"{numba.__version__} {sys.version_info[:2]} {cpu} {features} {self._nogil}".encode())
+        # How they are compiled counts too.
+        for source in (*self._sources, Path(__file__)):
             text.update(source.read_bytes())
         return cache_base() / f"{self.name}-{text.hexdigest()[:16]}"
 
@@ -65,15 +67,14 @@ class Cache:
     def compiled(self, function: Function) -> Function:
         """Compile a function (at its first call), without fastmath: it then neither reorders nor contracts.
 
-        Division follows NumPy's rules, and the GIL is released. Where nothing can be kept it is compiled for
-        this process.
+        Division follows NumPy's rules. Where nothing can be kept it is compiled for this process.
         """
         import numba
 
         if self.kept is not None:
             # Numba settles where a function is kept as it decorates it, and would choose __pycache__ otherwise.
             numba.config.CACHE_DIR = str(self.kept)  # type: ignore[attr-defined]
-        decorate = numba.njit(cache=self.kept is not None, nogil=True, error_model="numpy")
+        decorate = numba.njit(cache=self.kept is not None, nogil=self._nogil, error_model="numpy")
         return cast(Function, decorate(function))
 
     def is_complete(self, part: str) -> bool:

@@ -7,5 +7,5 @@ from pathlib import Path
 from mobo_core.jit import numerics
 from mobo_core.jit.cache import Cache
 
-CACHE = Cache("kernel", [*Path(__file__).parent.glob("*.py"), numerics.__file__])
+CACHE = Cache("kernel", [*Path(__file__).parent.glob("*.py"), numerics.__file__], nogil=True)
 compiled = CACHE.compiled
