@@ -1,3 +1,5 @@
 """mobo: which robot arm to build. The core: works on files and arrays, knows nothing of ROS."""
 
-__version__ = "0.1.0"
+from mobo_core.version import __version__
+
+__all__ = ["__version__"]

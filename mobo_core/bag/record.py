@@ -10,7 +10,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from mobo_core import __version__
 from mobo_core.bag.files import bag_files
 from mobo_core.bag.reader import Entry, FileContent, entries, first_record, read_bag, read_record, stream
 from mobo_core.bag.validity import is_good
@@ -19,6 +18,7 @@ from mobo_core.errors import InputError
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.messages import SCHEMA_VERSION, decode, message_type
 from mobo_core.search.study import StudySettings
+from mobo_core.version import __version__
 
 _LIBRARIES = ("optuna", "pin", "coal", "numba", "numpy", "xacro", "mcap")
 # Settings that stand in the record under their own names, as plain text.

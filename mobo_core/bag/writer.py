@@ -10,9 +10,9 @@ from typing import Any
 
 from mcap.writer import CompressionType, Writer
 
-from mobo_core import __version__
 from mobo_core.bag.files import Channel, FileSummary, bag_files, channel_of
 from mobo_core.errors import StudyError
+from mobo_core.version import __version__
 
 STUDY_RECORD = "mobo"
 

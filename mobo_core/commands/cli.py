@@ -10,8 +10,8 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from mobo_core import __version__
 from mobo_core.errors import MoboError
+from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
 VERBS = ("evaluate", "report", "verify", "export", "bag", "bench", "doctor")

@@ -13,12 +13,12 @@ from typing import Any, Literal
 
 import numpy as np
 
-from mobo_core import __version__
 from mobo_core.errors import InputError, UnableError
 from mobo_core.evaluation.result import Engine, Result
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.evaluation.spec_message import spec_from_message
 from mobo_core.messages import SCHEMA_VERSION, UNABLE, make, message_type
+from mobo_core.version import __version__
 
 AUDIT_POSES = 8
 

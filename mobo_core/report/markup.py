@@ -6,7 +6,7 @@ import base64
 from collections.abc import Mapping, Sequence
 from html import escape
 
-from mobo_core import __version__
+from mobo_core.version import __version__
 
 GENERATOR = '<meta name="generator" content="mobo '
 

@@ -15,13 +15,13 @@ from rclpy.node import Node
 from mobo.diagnostics import publish_health
 from mobo.parameters import EVALUATOR, declare, help_text
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, light_executor, run
-from mobo_core import __version__
 from mobo_core.coordination.answer import AnswerEngine, Answering, host_id
 from mobo_core.coordination.health import Health, evaluator_health
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InputError, StudyError
 from mobo_core.messages import address, decode, encode, make, message_type
 from mobo_core.settings import choices
+from mobo_core.version import __version__
 from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, Trial
 
 HELP = help_text(
