@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.search.front import hypervolume
@@ -170,8 +171,5 @@ def test_sequential_lengths_are_refused() -> None:
 @pytest.mark.parametrize(("given", "in_flight"), [(set(), 1), ({"in_flight"}, 8)])
 def test_one_in_flight_unless_set(given: set[str], in_flight: int) -> None:
     """As a node's parameter, como has one trial in flight unless told otherwise."""
-    parameters = pytest.importorskip("mobo.parameters")
-    optimizer = pytest.importorskip("mobo.optimizer")
-    values = {parameter.name: parameter.default for parameter in parameters.OPTIMIZER} | {"sampler": "como"}
-    settings = optimizer.settings_from(values, given)
+    settings = OptimizerOptions.of({"sampler": "como"} | dict.fromkeys(given, 8)).settings()
     assert (settings.sampler, settings.in_flight, settings.space.lengths) == ("como", in_flight, "fractions")

@@ -11,6 +11,8 @@ import pytest
 from studies import run_study
 
 from mobo_core.commands.cli import VERBS
+from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, ReplayOptions, StudyOptions
+from mobo_core.coordination.parameters import parameters
 from mobo_core.messages import TOPICS
 
 README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
@@ -18,25 +20,25 @@ README = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8"
 
 def test_lists_every_parameter_of_every_node_with_its_default() -> None:
     """In rows of node, name, default and description, the node named once."""
-    parameters = pytest.importorskip("mobo.parameters")
     rows = re.findall(r"^\| (\w*) \| `(\w+)` \| ([^|]*) \| ([^|]*) \|$", README, re.MULTILINE)
     listed: dict[tuple[str, str], tuple[str, str]] = {}
     node = ""
     for named, name, default, description in rows:
         node = named or node
         listed[node, name] = (default.strip(), description.strip())
-    for node, declared in (
-        ("optimizer", parameters.OPTIMIZER),
-        ("evaluator", parameters.EVALUATOR),
-        ("study", [p for p in parameters.STUDY if p.name == "evaluators"]),
-        ("replay", parameters.REPLAY),
+    for node, options in (
+        ("optimizer", OptimizerOptions),
+        ("evaluator", EvaluatorOptions),
+        ("study", StudyOptions),
+        ("replay", ReplayOptions),
     ):
-        for parameter in declared:
+        for parameter in parameters(options):
+            if node == "study" and parameter.name != "evaluators":
+                continue  # the optimizer's and the evaluator's
             default, description = listed.pop((node, parameter.name))
             assert description == parameter.description
             if parameter.name != "workers":  # the cores of the machine
-                shown = f"{parameter.default:g}" if isinstance(parameter.default, float) else str(parameter.default)
-                assert default == (shown.lower() if isinstance(parameter.default, bool) else shown)
+                assert default == parameter.shown_default
     assert not listed
 
 

@@ -30,9 +30,11 @@ class DesignSpace(Settings):
     In both, the last link takes what remains and may exceed ``max_length``.
     """
 
-    n_joints: int = Field(6, ge=1, le=12, description="number of joints; the kernel takes up to 12")
+    n_joints: int = Field(6, ge=1, le=12, description="joints of an arm")
     joint_types: str = Field(JOINT_TYPES, description="letters to choose from, of R, P and Y")
-    lengths: Literal["fractions", "sequential"] = "fractions"
+    lengths: Literal["fractions", "sequential"] = Field(
+        "fractions", description="how link lengths are drawn: fractions or sequential (the paper's)"
+    )
     total_length: float = Field(0.6, gt=0, le=1e3, description="m, of the stretched arm")
     max_length: float = Field(0.3, gt=0, le=1e3, description="m, of one link but the last")
     joint_limit: float = Field(0.75 * math.pi, gt=0, le=2 * math.pi, description="rad, either way")

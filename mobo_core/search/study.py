@@ -24,10 +24,20 @@ class StudySettings(Settings):
 
     space: DesignSpace = DesignSpace()
     spec: EvaluationSpec = EvaluationSpec()
-    sampler: SamplerName = "tpe"
-    n_startup_trials: int = Field(100, ge=1, le=1_000_000)
-    seed: int = Field(0, ge=0, lt=2**63)
-    in_flight: int = Field(8, ge=1, le=10_000)
+    sampler: SamplerName = Field(
+        "tpe",
+        description="tpe, tpe_univariate, paper (sequential), nsga2, como or random; "
+        "paper, como: one in flight unless set",
+    )
+    n_startup_trials: int = Field(
+        100, ge=1, le=1_000_000, description="random trials before the sampler's model takes over"
+    )
+    seed: int = Field(
+        0, ge=0, lt=2**63, description="of the sampler only; that of targets and IK starts is the spec's"
+    )
+    in_flight: int = Field(
+        8, ge=1, le=10_000, description="trials asked before the first of them is told; part of the study's function"
+    )
 
     @field_validator("sampler")
     @classmethod

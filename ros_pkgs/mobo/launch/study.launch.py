@@ -1,7 +1,8 @@
 """One optimizer and some evaluators on this host, each with its namespace and parameters from launch arguments.
 
 For machines with ROS 2 Jazzy installed: `ros2 launch mobo study.launch.py study_name:=first evaluators:=4`.
-Not run in mobo's CI, whose ROS 2 comes as Python wheels without `launch`.
+All parameters of the study node are arguments; those not given keep the nodes' own defaults. mobo's CI, whose ROS 2
+comes as Python wheels without `launch`, runs it against a stand-in for that.
 """
 
 from __future__ import annotations
@@ -14,48 +15,36 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-# name: (default, description); an empty one leaves the node's own default.
-_OPTIMIZER = {
-    "study_name": ("study", "name of the study"),
-    "n_trials": ("1000", "trials the bag shall hold in all"),
-    "n_joints": ("6", "joints of an arm"),
-    "sampler": ("tpe", "tpe, paper or random"),
-    "seed": ("0", "of the sampler"),
-    "in_flight": ("", "trials asked before the first of them is told"),
-    "spec": ("paper", "a preset or a YAML file"),
-    "bag": ("", "folder of the bag; empty: bags/<study_name>"),
-    "resume": ("true", "continue the bag if it exists"),
-}
-_EVALUATOR = {
-    "workers": ("1", "candidates each evaluator evaluates at a time"),
-    "threads": ("1", "threads of each worker"),
-}
-_HERE = {
-    "evaluators": ("2", "evaluator nodes to start"),
-    "namespace": ("", "of all nodes; one study to a namespace"),
-}
-# Parameters that are text, whatever they look like.
-_TEXT = ("study_name", "sampler", "spec", "bag")
+from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
+from mobo_core.coordination.parameters import Parameter, parameters
+from mobo_core.settings import Settings
+
+_ARGUMENTS = {parameter.name: parameter for parameter in parameters(StudyOptions)}
+# These have no default of the nodes' own here: each evaluator would take all cores.
+_SHOWN = ("evaluators", "workers")
 
 
-def _value(name: str, text: str) -> ParameterValue | bool | int:
-    if name in _TEXT:
-        return ParameterValue(text, value_type=str)
-    return text.lower() == "true" if name == "resume" else int(text)
+def _default(parameter: Parameter) -> str:
+    return parameter.shown_default if parameter.name in _SHOWN else ""
 
 
 def _nodes(context: LaunchContext) -> list[Node | RegisterEventHandler]:
-    given = {name: LaunchConfiguration(name).perform(context) for name in {**_OPTIMIZER, **_EVALUATOR, **_HERE}}
+    def text(name: str) -> str:
+        return LaunchConfiguration(name).perform(context)
 
-    def node(executable: str, name: str, parameters: dict[str, tuple[str, str]]) -> Node:
-        values = {key: _value(key, given[key]) for key in parameters if given[key]}
+    def node(options: type[Settings], executable: str, name: str) -> Node:
+        values = {
+            field: ParameterValue(text(field), value_type=type(_ARGUMENTS[field].default))
+            for field in options.model_fields
+            if text(field)
+        }
         return Node(
-            package="mobo", executable=executable, name=name, namespace=given["namespace"], output="screen",
+            package="mobo", executable=executable, name=name, namespace=text("namespace"), output="screen",
             parameters=[values],
         )  # fmt: skip
 
-    optimizer = node("optimizer", "optimizer", _OPTIMIZER)
-    evaluators = [node("evaluator", f"evaluator_{i}", _EVALUATOR) for i in range(int(given["evaluators"]))]
+    optimizer = node(OptimizerOptions, "optimizer", "optimizer")
+    evaluators = [node(EvaluatorOptions, "evaluator", f"evaluator_{i}") for i in range(int(text("evaluators")))]
     # The study is over when the optimizer is.
     over = OnProcessExit(target_action=optimizer, on_exit=[EmitEvent(event=Shutdown(reason="the optimizer ended"))])
     return [optimizer, *evaluators, RegisterEventHandler(over)]
@@ -63,11 +52,15 @@ def _nodes(context: LaunchContext) -> list[Node | RegisterEventHandler]:
 
 def generate_launch_description() -> LaunchDescription:
     """Return what `ros2 launch` starts."""
-    arguments = {**_OPTIMIZER, **_EVALUATOR, **_HERE}
     return LaunchDescription(
         [
-            *(DeclareLaunchArgument(name, default_value=value, description=text)
-              for name, (value, text) in arguments.items()),
+            *(
+                DeclareLaunchArgument(
+                    p.name, default_value=_default(p), description=f"{p.description} [{p.shown_default}]"
+                )
+                for p in _ARGUMENTS.values()
+            ),
+            DeclareLaunchArgument("namespace", default_value="", description="of all nodes; one study to a namespace"),
             OpaqueFunction(function=_nodes),
         ]
-    )  # fmt: skip
+    )

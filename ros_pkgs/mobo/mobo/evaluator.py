@@ -7,27 +7,27 @@ import re
 import socket
 import sys
 import threading
-from typing import Any, get_args
 
 from rclpy.executors import Executor
 from rclpy.node import Node
 
 from mobo.diagnostics import publish_health
-from mobo.parameters import EVALUATOR, declare, help_text
+from mobo.parameters import declare
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, light_executor, run
-from mobo_core.coordination.answer import AnswerEngine, Answering, host_id
+from mobo_core.coordination.answer import Answering, host_id
 from mobo_core.coordination.health import Health, evaluator_health
+from mobo_core.coordination.options import EvaluatorOptions
+from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InputError, StudyError
 from mobo_core.messages import address, decode, encode, make, message_type
-from mobo_core.settings import choices
 from mobo_core.version import __version__
 from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, Trial
 
 HELP = help_text(
     "evaluator",
     "Evaluate arms: announce itself, take candidates while workers are free, answer each.",
-    EVALUATOR,
+    EvaluatorOptions,
     ["", "--ros-args -p workers:=1", "--ros-args -r __node:=big_machine -p workers:=16"],
 )
 
@@ -35,8 +35,8 @@ _HEARTBEAT_S = 1.0
 
 
 class _Evaluator:
-    def __init__(self, node: Node, pool: WorkerPool, values: dict[str, Any]) -> None:
-        self._node, self._pool, self._values = node, pool, values
+    def __init__(self, node: Node, pool: WorkerPool, options: EvaluatorOptions) -> None:
+        self._node, self._pool, self._options = node, pool, options
         self._answered = 0
         self._announced = False
         self.collected = threading.Event()
@@ -114,8 +114,8 @@ class _Evaluator:
             evaluator=self._node.get_name(),
             state=state,
             workers=len(self._pool),
-            threads=self._values["threads"],
-            engine=self._values["engine"],
+            threads=self._options.threads,
+            engine=self._options.engine,
             studies=[candidate.study for candidate in held],
             trials=[candidate.trial for candidate in held],
             attempts=[candidate.attempt for candidate in held],
@@ -128,12 +128,10 @@ class _Evaluator:
 
 
 def _body(node: Node, executor: Executor, stop: Stop) -> int:
-    values = declare(node, EVALUATOR)
-    if values["engine"] not in get_args(AnswerEngine):
-        raise InputError(repr(values["engine"]), where="parameter engine", expected=choices(AnswerEngine))
-    answering = Answering(node.get_name(), values["engine"], values["threads"], values["simulated_s"])
-    pool = WorkerPool(answering, values["workers"], values["evaluation_timeout_s"], values["memory_mb"])
-    evaluator = _Evaluator(node, pool, values)
+    options = declare(node, EvaluatorOptions)
+    answering = Answering(node.get_name(), options.engine, options.threads, options.simulated_s)
+    pool = WorkerPool(answering, options.workers, options.evaluation_timeout_s, options.memory_mb)
+    evaluator = _Evaluator(node, pool, options)
     # One thread does nothing but wait for workers; all else happens on the executor's.
     closing = threading.Event()
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import contextlib
 import sys
 import time
-from pathlib import Path
-from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
@@ -14,7 +12,7 @@ from rclpy.node import Node
 
 from mobo.claim import NamespaceClaim
 from mobo.diagnostics import publish_health
-from mobo.parameters import OPTIMIZER, declare, help_text, overrides
+from mobo.parameters import declare
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
 from mobo.services import offer_services
 from mobo.viewer import BestArm
@@ -22,17 +20,16 @@ from mobo_core.bag.study_bag import StudyBag, check_bag
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.health import Health, Rate, bag_bytes, free_bytes, optimizer_health
 from mobo_core.coordination.optimizer import Optimizer
-from mobo_core.design import DesignSpace
-from mobo_core.errors import InputError, MoboError
-from mobo_core.evaluation import load_spec
+from mobo_core.coordination.options import OptimizerOptions
+from mobo_core.coordination.parameters import help_text
+from mobo_core.errors import MoboError
 from mobo_core.messages import encode, message_type
-from mobo_core.search.study import StudySettings
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 
 HELP = help_text(
     "optimizer",
     "Run a study: publish candidate arms, collect evaluations, record everything into a bag.",
-    OPTIMIZER,
+    OptimizerOptions,
     [
         "--ros-args -p study_name:=first -p n_trials:=300",
         "--ros-args -p study_name:=first -p n_trials:=1000 -p resume:=true",
@@ -44,42 +41,12 @@ _TICK_S = 0.1
 _STATUS_S = 0.5
 
 
-def settings_from(values: dict[str, Any], given: set[str]) -> StudySettings:
-    """Return the study's settings from the parameters; ``given`` names those set from outside.
-
-    Raises:
-        InputError: a value or file that does not fit.
-    """
-    space = DesignSpace.from_yaml(values["space"]) if values["space"] else DesignSpace()
-    fields = space.to_dict()
-    paper = values["sampler"] == "paper"
-    if paper and not values["space"]:
-        fields["lengths"] = "sequential"
-    for name in ("n_joints", "lengths"):
-        if name in given:
-            fields[name] = values[name]
-    one = values["sampler"] in ("paper", "como") and "in_flight" not in given
-    return StudySettings.of(
-        {
-            "space": DesignSpace.of(fields, where="space"),
-            "spec": load_spec(values["spec"]),
-            "in_flight": 1 if one else values["in_flight"],
-            **{name: values[name] for name in ("sampler", "n_startup_trials", "seed")},
-        },
-        where="parameters",
-    )
-
-
 def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
-    values = declare(node, OPTIMIZER)
-    settings = settings_from(values, overrides(node))
-    name = values["study_name"]
-    if not name or not name.isprintable() or "/" in name or name.startswith("."):
-        raise InputError(repr(name), where="parameter study_name", expected="a plain name, such as first")
-    folder = Path(values["bag"] or f"bags/{values['study_name']}")
+    options = declare(node, OptimizerOptions)
+    settings, name, folder = options.settings(), options.study_name, options.folder
     prefix = node.get_namespace().rstrip("/") + "/"
     log = node.get_logger().info
-    check_bag(folder, name, settings, resume=values["resume"])
+    check_bag(folder, name, settings, resume=options.resume)
     # Before the claim, so that evaluators know them when the first candidate is sent.
     publishers = {
         "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
@@ -87,11 +54,11 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         "commands": node.create_publisher(Command, "commands", MESSAGES_QOS),
         "study": node.create_publisher(StudyStatus, "study", STATUS_QOS),
     }
-    claim = NamespaceClaim(node, name, folder, values["lease_s"])
+    claim = NamespaceClaim(node, name, folder, options.lease_s)
 
     def open_bag() -> StudyBag:
         return StudyBag(
-            folder, name, settings, resume=values["resume"], node=node.get_fully_qualified_name(), prefix=prefix
+            folder, name, settings, resume=options.resume, node=node.get_fully_qualified_name(), prefix=prefix
         )
 
     bag = claim.take(open_bag, executor, stop)
@@ -101,12 +68,12 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
     try:
         claim.hold()
         dispatcher = Dispatcher(
-            lease_s=values["lease_s"],
-            max_attempts=values["max_attempts"],
-            evaluation_timeout_s=values["evaluation_timeout_s"],
+            lease_s=options.lease_s,
+            max_attempts=options.max_attempts,
+            evaluation_timeout_s=options.evaluation_timeout_s,
         )
         optimizer = Optimizer(
-            bag, settings, values["n_trials"], dispatcher,
+            bag, settings, options.n_trials, dispatcher,
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
             warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
         )  # fmt: skip
@@ -139,13 +106,13 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
             )  # fmt: skip
 
         publish_health(node, "study", health)
-        log(f"study {values['study_name']}: {values['n_trials']} trials into {folder}")
+        log(f"study {name}: {options.n_trials} trials into {folder}")
         if not optimizer.done:
             optimizer.record_status(states.RUNNING)
         while not (stop or optimizer.done or optimizer.controls.stopped):
             executor.spin_once(timeout_sec=_TICK_S)
         report()
-        told, total = len(optimizer.study.told), values["n_trials"]
+        told, total = len(optimizer.study.told), options.n_trials
         if optimizer.done:
             final = optimizer.status(states.DONE)
             log(f"done: {told} trials told, {optimizer.failed} failed")

@@ -10,11 +10,13 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from mobo.parameters import REPLAY, declare, help_text
+from mobo.parameters import declare
 from mobo.runtime import Stop, qos, run
 from mobo.viewer import BestArm
 from mobo_core.bag.reader import entries
 from mobo_core.bag.record import read_study
+from mobo_core.coordination.options import ReplayOptions
+from mobo_core.coordination.parameters import help_text
 from mobo_core.errors import InputError
 from mobo_core.messages import TOPICS, decode
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
@@ -23,7 +25,7 @@ HELP = help_text(
     "replay",
     "Play a bag: its messages below replay/, with the best arm so far as replay/robot_description and "
     "replay/voxels.",
-    REPLAY,
+    ReplayOptions,
     ["--ros-args -p bag:=bags/first", "--ros-args -p bag:=bags/first -p rate:=100"],
 )
 
@@ -36,10 +38,10 @@ _TYPES = {
 
 
 def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
-    values = declare(node, REPLAY)
-    if not values["bag"]:
+    options = declare(node, ReplayOptions)
+    if not options.bag:
         raise InputError("no bag given", where="parameter bag", expected="-p bag:=FOLDER")
-    study = read_study(values["bag"])
+    study = read_study(options.bag)
     for fault in study.faults:
         node.get_logger().warning(f"{fault}; playing what comes before")
     # Latched: a viewer that asks for it gets what was played before it came.
@@ -55,8 +57,8 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         if TOPICS.get(topic) != entry.kind:
             continue
         first_ns = entry.time_ns if first_ns is None else first_ns
-        if values["rate"] > 0:
-            due = began + (entry.time_ns - first_ns) * 1e-9 / values["rate"]
+        if options.rate > 0:
+            due = began + (entry.time_ns - first_ns) * 1e-9 / options.rate
             _pause(executor, stop, due - time.monotonic())
         if stop:
             node.get_logger().info(f"stopped after {played} messages")
@@ -67,7 +69,7 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
             best_reach = _show_best(study, decode("Trial", entry.data), best, best_reach)
     for publisher in publishers.values():
         publisher.wait_for_all_acked(Duration(seconds=5))
-    node.get_logger().info(f"played {played} messages of {values['bag']}")
+    node.get_logger().info(f"played {played} messages of {options.bag}")
     return 0
 
 

@@ -13,17 +13,20 @@ from typing import Any
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from mobo.parameters import EVALUATOR, OPTIMIZER, STUDY, declare, help_text, overrides
+from mobo.parameters import declare
 from mobo.progress import StudyProgress
 from mobo.runtime import PARENT_VARIABLE, STATUS_QOS, Stop, run
+from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
+from mobo_core.coordination.parameters import help_text
 from mobo_core.errors import InputError
 from mobo_core.messages import decode
+from mobo_core.settings import Settings
 from mobo_msgs.msg import StudyStatus
 
 HELP = help_text(
     "study",
     "Run a whole study on this host: one optimizer, some evaluators, a progress bar. More evaluators may join.",
-    STUDY,
+    StudyOptions,
     ["--ros-args -p study_name:=first -p n_trials:=300", "--ros-args -p n_joints:=7 -p evaluators:=1 -p workers:=8"],
 )
 
@@ -59,27 +62,27 @@ class _Child:
             self.process.wait()
 
 
-def _arguments(node: Node, values: dict[str, Any], names: set[str], given: set[str]) -> list[str]:
-    """Return the command line that hands on the parameters which were set here."""
+def _arguments(node: Node, options: StudyOptions, of: type[Settings], *more: str) -> list[str]:
+    """Return the command line that hands on the options which were set here, and those that ``more`` names."""
     # The progress bar tells what the nodes would; warnings come through.
     arguments = ["-r", f"__ns:={node.get_namespace()}", "--log-level", "warn"]
-    for name in sorted(names & given):
-        arguments += ["-p", f"{name}:={json.dumps(values[name])}"]
+    for name in sorted(of.model_fields.keys() & {*options.model_fields_set, *more}):
+        arguments += ["-p", f"{name}:={json.dumps(getattr(options, name))}"]
     return arguments
 
 
 class _Supervisor:
-    def __init__(self, node: Node, values: dict[str, Any], given: set[str]) -> None:
-        self._progress = StudyProgress(values["study_name"], values["n_trials"])
+    def __init__(self, node: Node, options: StudyOptions) -> None:
+        self._progress = StudyProgress(options.study_name, options.n_trials)
         self._told_at_death = -1
-        asked = _arguments(node, values, {p.name for p in OPTIMIZER}, given)
+        asked = _arguments(node, options, OptimizerOptions)
         self.optimizer = _Child("optimizer", asked, signal.SIGTERM)
         # It refuses bad parameters or a bag in use before there is anything to evaluate.
         self.evaluators: list[_Child] = []
-        answered = _arguments(node, values, {p.name for p in EVALUATOR}, given | {"workers"})
-        for _ in range(values["evaluators"]):
+        answered = _arguments(node, options, EvaluatorOptions, "workers")
+        for _ in range(options.evaluators):
             self.evaluators.append(_Child("evaluator", answered, signal.SIGKILL))
-        self._study = values["study_name"]
+        self._study = options.study_name
         self.status: Any = None
         node.create_subscription(StudyStatus, "study", self._on_status, STATUS_QOS, raw=True)
 
@@ -140,8 +143,7 @@ class _Supervisor:
 
 
 def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
-    values = declare(node, STUDY)
-    supervisor = _Supervisor(node, values, overrides(node))
+    supervisor = _Supervisor(node, declare(node, StudyOptions))
     code: int | None = None
     try:
         while not stop and code is None:

@@ -1,0 +1,124 @@
+"""What the nodes are told when they start: the one source of their parameters' defaults, bounds and texts.
+
+What a study depends on is taken over from its settings; the rest is said here.
+"""
+
+from __future__ import annotations
+
+import os
+from copy import copy
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field, field_validator
+
+from mobo_core.coordination.answer import AnswerEngine
+from mobo_core.design import DesignSpace
+from mobo_core.evaluation.spec import PRESETS, load_spec
+from mobo_core.search.study import StudySettings
+from mobo_core.settings import Settings
+
+_MANY = 2**31 - 1
+_LONG_S = 1e6
+
+
+def _as_in(model: type[Settings], name: str, more: str = "") -> Any:
+    """Return the field of another model, ``more`` added to its text."""
+    field = copy(model.model_fields[name])
+    field.description = (field.description or "") + more
+    return field
+
+
+class OptimizerOptions(Settings):
+    """What an optimizer is told. Which of these were named, not left to their defaults: ``model_fields_set``."""
+
+    study_name: str = Field("study", description="name of the study")
+    n_trials: int = Field(1000, ge=1, le=_MANY, description="trials the bag shall hold in all")
+    n_startup_trials: int = _as_in(StudySettings, "n_startup_trials")
+    n_joints: int = _as_in(DesignSpace, "n_joints", "; wins over the space file")
+    space: str = Field("", description="YAML file of the design space; empty: the paper's")
+    lengths: str = _as_in(DesignSpace, "lengths")
+    sampler: str = _as_in(StudySettings, "sampler")
+    seed: int = _as_in(StudySettings, "seed")
+    in_flight: int = _as_in(StudySettings, "in_flight")
+    spec: str = Field("paper", description=f"what is asked of an arm: a preset ({', '.join(PRESETS)}) or a YAML file")
+    bag: str = Field("", description="folder of the bag; empty: bags/<study_name>")
+    resume: bool = Field(False, description="continue the bag if it exists; without it an existing bag is refused")
+    lease_s: float = Field(
+        10.0, ge=0.5, le=_LONG_S, description="s, after which a candidate no heartbeat names goes to another evaluator"
+    )
+    max_attempts: int = Field(
+        3, ge=1, le=1000, description="failed evaluations after which a trial is told as failed"
+    )
+    evaluation_timeout_s: float = Field(600.0, ge=1.0, le=_LONG_S, description="s, longest evaluation")
+
+    @field_validator("study_name")
+    @classmethod
+    def _plain(cls, name: str) -> str:
+        if not name or not name.isprintable() or "/" in name or name.startswith("."):
+            raise ValueError("a plain name, such as first")
+        return name
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the bag."""
+        return Path(self.bag or f"bags/{self.study_name}")
+
+    def settings(self) -> StudySettings:
+        """Return what the study's trials depend on.
+
+        Raises:
+            InputError: a value or file that does not fit.
+        """
+        given = self.model_fields_set
+        space = DesignSpace.from_yaml(self.space) if self.space else DesignSpace()
+        fields = space.to_dict()
+        if self.sampler == "paper" and not self.space:
+            fields["lengths"] = "sequential"
+        fields |= {name: getattr(self, name) for name in ("n_joints", "lengths") if name in given}
+        one = self.sampler in ("paper", "como") and "in_flight" not in given
+        return StudySettings.of(
+            {
+                "space": DesignSpace.of(fields, where="space"),
+                "spec": load_spec(self.spec),
+                "in_flight": 1 if one else self.in_flight,
+                **{name: getattr(self, name) for name in ("sampler", "n_startup_trials", "seed")},
+            },
+            where="parameters",
+        )
+
+
+class _Workers(Settings):
+    workers: int = Field(
+        default_factory=lambda: os.cpu_count() or 1,
+        ge=1, le=1024, description="candidates evaluated at a time, a process each",
+    )  # fmt: skip
+    threads: int = Field(1, ge=1, le=1024, description="threads of each worker")
+    engine: AnswerEngine = Field(
+        "kernel", description="kernel, reference (slow, the oracle) or simulated (sleeps, invents values)"
+    )
+    simulated_s: float = Field(0.1, ge=0.0, le=_LONG_S, description="s of sleep in a simulated evaluation")
+    memory_mb: int = Field(0, ge=0, le=_MANY, description="MB of data each worker may hold; 0: no limit")
+
+
+class EvaluatorOptions(_Workers):
+    """What an evaluator is told."""
+
+    evaluation_timeout_s: float = Field(600.0, ge=1.0, le=_LONG_S, description="s, after which a worker is replaced")
+
+
+class StudyOptions(_Workers, OptimizerOptions):
+    """What a study is told: all that its optimizer and its evaluators are, and how many of these there are."""
+
+    workers: int = Field(
+        default_factory=lambda: max(1, (os.cpu_count() or 1) // 2),
+        ge=1, le=1024, description="workers of each evaluator",
+    )  # fmt: skip
+    evaluators: int = Field(2, ge=1, le=1000, description="evaluator nodes to start on this host")
+
+
+class ReplayOptions(Settings):
+    """What a replay is told."""
+
+    bag: str = Field("", description="folder of the bag, or one of its .mcap files")
+    rate: float = Field(1.0, ge=0.0, le=1e6, description="times the recorded speed; 0: as fast as possible")
