@@ -15,6 +15,7 @@ from optuna.trial import FixedTrial
 
 from mobo_core.design import Design, DesignSpace, effective_joints
 from mobo_core.design.catalogue import CATALOGUE, known_arms
+from mobo_core.design.joints import count_orders, effective_orders
 from mobo_core.errors import InputError
 
 MODES = ("fractions", "sequential")
@@ -36,6 +37,16 @@ def test_number_of_effective_orders(joints: int, count: int) -> None:
     """There are 239 effective orders of 6 joints and 577 of 7, as many as the paper has."""
     found = {effective_joints("".join(order)) for order in itertools.product("RPY", repeat=joints)}
     assert len(found) == count
+    assert DesignSpace(n_joints=joints).n_orders == count
+
+
+@given(st.integers(0, 6), st.permutations("RPY").map("".join), st.integers(1, 3))
+def test_effective_orders(joints: int, letters: str, types: int) -> None:
+    """Every order that can be built from some letters is named once, and the count is theirs."""
+    letters = letters[:types]
+    found = list(effective_orders(joints, letters))
+    sampled = {effective_joints("".join(order)) for order in itertools.product(letters, repeat=joints)}
+    assert len(found) == len(sampled) == count_orders(joints, letters) and set(found) == sampled
 
 
 @given(orders)

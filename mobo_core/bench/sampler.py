@@ -87,7 +87,8 @@ def _fill(study: optuna.Study, space: DesignSpace, n: int) -> None:
     """Add random trials until the study has ``n``."""
     rng = np.random.RandomState(len(study.trials))
     for _ in range(n - len(study.trials)):
-        params: dict[str, Any] = {f"J{i + 1}": "RPY"[rng.randint(3)] for i in range(space.n_joints)}
+        letters = [space.joint_types[rng.randint(len(space.joint_types))] for _ in range(space.n_joints)]
+        params: dict[str, Any] = {f"J{i + 1}": letter for i, letter in enumerate(letters)}
         rest = space.total_length
         for i in range(space.n_joints - 1):
             share = rng.random_sample()

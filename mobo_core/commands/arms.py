@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 
 from mobo_core.design import Design, DesignSpace, to_urdf
+from mobo_core.design.joints import joint_letters
 from mobo_core.errors import InputError
 
 
 def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     """Add --joints, --lengths, --total and --space."""
-    parser.add_argument("--joints", help="joint order in R (roll), P (pitch), Y (yaw), such as YPPYPY")
+    parser.add_argument("--joints", help=f"joint order in {joint_letters()}, such as YPPYPY")
     parser.add_argument("--lengths", help="link lengths in m, comma-separated, one a joint")
     parser.add_argument("--total", type=float, help="m, what the lengths must add up to [the space's: 0.6]")
     parser.add_argument("--space", help="YAML file of the DesignSpace: masses, radius, limits")

@@ -1,7 +1,8 @@
 """What an arm is: its joints and link lengths, the space of such arms, and their description as URDF."""
 
 from mobo_core.design.description import to_urdf
-from mobo_core.design.design import Design, effective_joints
+from mobo_core.design.design import Design
+from mobo_core.design.joints import JOINTS, JointType, effective_joints
 from mobo_core.design.space import DesignSpace
 
-__all__ = ["Design", "DesignSpace", "effective_joints", "to_urdf"]
+__all__ = ["JOINTS", "Design", "DesignSpace", "JointType", "effective_joints", "to_urdf"]

@@ -1,7 +1,7 @@
 """Known arms as joint orders, to say where they stand.
 
 The orders are those named in Kawaharazuka et al., Advanced Robotics 2025, sections 3.1 and 3.2,
-written in this project's letters under the yaw rule.
+written in this project's letters as built.
 """
 
 from __future__ import annotations

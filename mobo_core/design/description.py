@@ -9,11 +9,10 @@ from xml.sax.saxutils import quoteattr
 import xacro
 
 from mobo_core.design.design import Design
+from mobo_core.design.joints import JOINTS, built_types
 from mobo_core.design.space import DesignSpace
 from mobo_core.errors import StudyError
 from mobo_core.resources import xacro_folder
-
-_MACROS = {"R": "roll", "P": "pitch", "Y": "yaw"}
 
 BASE_LINK = "base_link"
 TIP_LINK = "tool"
@@ -34,7 +33,8 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
         for i, (joint, offset, length) in enumerate(zip(design.joints, offsets, design.lengths, strict=False), start=1)
     ]
     try:
-        document = parseString(arm_source(design.name, space, [*calls, tool_call(len(calls), repr(offsets[-1]))]))
+        calls.append(tool_call(len(calls), repr(offsets[-1])))
+        document = parseString(arm_source(design.name, space, calls, design.joints))
         xacro.process_doc(document)
     except Exception as error:
         raise StudyError(f"xacro of {design.name}: {error}") from error
@@ -44,7 +44,8 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
 
 def joint_call(joint: str, index: int, offset: str, length: str) -> str:
     """Return the call of the macro of joint number ``index``, from 1; offset and length as xacro reads them."""
-    return f'<xacro:{_MACROS[joint]} index="{index}" parent="{_link(index - 1)}" offset="{offset}" length="{length}"/>'
+    macro, parent = JOINTS[joint].xacro, _link(index - 1)
+    return f'<xacro:{macro} index="{index}" parent="{parent}" offset="{offset}" length="{length}"/>'
 
 
 def tool_call(index: int, offset: str) -> str:
@@ -56,13 +57,14 @@ def _link(index: int) -> str:
     return f"link_{index}" if index else BASE_LINK
 
 
-def arm_source(name: str, space: DesignSpace, calls: list[str]) -> str:
-    """Return the xacro document that calls these macros, one after the other, on a base."""
-    folder: Path = xacro_folder()
+def arm_source(name: str, space: DesignSpace, calls: list[str], joints: str = "") -> str:
+    """Return the xacro document that calls these macros, one after the other, on a base.
+
+    The macros of mobo are all at hand, and those of other joint types if they are among ``joints`` or in the space.
+    """
     lines = [f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">']
     lines += [
-        f"<xacro:include filename={quoteattr(str(folder / f'{name}.xacro'))}/>"
-        for name in ("common", *sorted(_MACROS.values()))
+        f"<xacro:include filename={quoteattr(str(file))}/>" for file in _macro_files(space.joint_types + joints)
     ]
     properties = {
         "limit": space.joint_limit,
@@ -72,3 +74,10 @@ def arm_source(name: str, space: DesignSpace, calls: list[str]) -> str:
     }
     lines += [f'<xacro:property name="{name}" value="{value!r}"/>' for name, value in properties.items()]
     return "\n".join([*lines, "<xacro:base/>", *calls, "</robot>"])
+
+
+def _macro_files(letters: str) -> list[Path]:
+    folder = xacro_folder()
+    files = [folder / f"{name}.xacro" for name in ("common", *sorted(joint.xacro for joint in JOINTS.built_in))]
+    others = [joint.file or folder / f"{joint.xacro}.xacro" for joint in built_types(letters)]
+    return list(dict.fromkeys([*files, *others]))

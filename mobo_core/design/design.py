@@ -6,27 +6,15 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from mobo_core.design.joints import JOINTS, effective_joints, joint_letters
 from mobo_core.errors import InputError
 
-JOINT_TYPES = "RPY"
 MAX_JOINTS = 64
-
-
-def effective_joints(sampled_joints: str) -> str:
-    """Return the joint order that is built from a sampled one: after Y comes P, whatever was sampled.
-
-    A second yaw would be redundant, and a roll there is a pitch seen from a yaw turned by a right angle
-    (Kawaharazuka et al., Advanced Robotics 2025, section 2.1).
-    """
-    joints = ""
-    for joint in sampled_joints:
-        joints += "P" if joints.endswith("Y") else joint
-    return joints
 
 
 @dataclass(frozen=True)
 class Design:
-    """A serial arm of roll (x), pitch (y) and yaw (z) joints, straight up when all joints are at zero.
+    """A serial arm of joints of the types in :data:`JOINTS`, straight up when all joints are at zero.
 
     Attributes:
         sampled_joints: joint order as drawn, such as ``YRPYPR``.
@@ -46,11 +34,11 @@ class Design:
         if not 1 <= n <= MAX_JOINTS:
             raise InputError(f"{n} joints", where="joints", expected=f"1 to {MAX_JOINTS}")
         for i, joint in enumerate(self.sampled_joints):
-            if joint not in JOINT_TYPES:
+            if joint not in JOINTS:
                 raise InputError(
                     f"unknown joint {joint!r} at place {i + 1} of {self.sampled_joints!r}",
                     where="joints",
-                    expected="R (roll), P (pitch) or Y (yaw)",
+                    expected=joint_letters(),
                 )
         if len(self.lengths) != n:
             raise InputError(
@@ -62,7 +50,7 @@ class Design:
 
     @cached_property
     def joints(self) -> str:
-        """The joint order as built, under the yaw rule; also the name of the structure."""
+        """The joint order as built, redundant neighbours replaced; also the name of the structure."""
         return effective_joints(self.sampled_joints)
 
     @property

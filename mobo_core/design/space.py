@@ -9,12 +9,14 @@ from optuna.distributions import BaseDistribution
 from optuna.trial import BaseTrial, FixedTrial
 from pydantic import Field, model_validator
 
-from mobo_core.design.design import JOINT_TYPES, Design
+from mobo_core.design.design import Design
+from mobo_core.design.joints import JOINTS, count_orders
 from mobo_core.errors import InputError
 from mobo_core.settings import Settings
 
 # m, by which lengths that people write may miss a bound.
 _ROUNDING = 1e-6
+_DEFAULT_TYPES = "".join(joint.letter for joint in JOINTS.built_in)
 
 
 class DesignSpace(Settings):
@@ -31,7 +33,7 @@ class DesignSpace(Settings):
     """
 
     n_joints: int = Field(6, ge=1, le=12, description="joints of an arm")
-    joint_types: str = Field(JOINT_TYPES, description="letters to choose from, of R, P and Y")
+    joint_types: str = Field(_DEFAULT_TYPES, description="letters of the joint types to choose from")
     lengths: Literal["fractions", "sequential"] = Field(
         "fractions", description="how link lengths are drawn: fractions or sequential (the paper's)"
     )
@@ -45,9 +47,14 @@ class DesignSpace(Settings):
     @model_validator(mode="after")
     def _letters(self) -> DesignSpace:
         letters = self.joint_types
-        if not letters or len(set(letters)) != len(letters) or not set(letters) <= set(JOINT_TYPES):
-            raise ValueError(f"joint_types to be distinct letters of {JOINT_TYPES}")
+        if not letters or len(set(letters)) != len(letters) or any(letter not in JOINTS for letter in letters):
+            raise ValueError(f"joint_types to be distinct letters of {''.join(JOINTS)}")
         return self
+
+    @property
+    def n_orders(self) -> int:
+        """The number of joint orders as built."""
+        return count_orders(self.n_joints, self.joint_types)
 
     def suggest(self, trial: BaseTrial) -> Design:
         """Draw a design from an Optuna trial."""

@@ -13,6 +13,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
+from mobo_core.design.joints import JOINTS
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.figures.drawing import FAINT, INK, has_dark_text, plain, red_to_green
 from mobo_core.report.table import Row
@@ -24,7 +25,6 @@ _MOST_NUMBERS = 8  # voxels along a side, up to which each shows its value
 _MOST_HATCHED = 1000  # voxels in a layer
 _MOST_LAYERS = 12
 _JOINT_WIDTH = 17.0  # points, of a joint's letter in its circle
-_JOINT_COLOURS = {"R": "#cc79a7", "P": "#0072b2", "Y": "#e69f00"}  # told apart by all eyes
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -159,7 +159,7 @@ def _arm(axes: Axes, row: Row, width: float) -> None:
     for x, joints in places:
         first = min(x, total - step * (len(joints) - 1))
         for i, joint in enumerate(joints):
-            colour = _JOINT_COLOURS.get(joint, FAINT)
+            colour = JOINTS[joint].colour if joint in JOINTS else FAINT
             axes.text(
                 first + step * i, 0, plain(joint), ha="center", va="center", fontsize=9, fontweight="bold",
                 color="white", zorder=3 + i,

@@ -16,10 +16,11 @@ from std_srvs.srv import Trigger
 
 from mobo.runtime import Stop, run
 from mobo_core.commands.arms import parse_lengths
+from mobo_core.design.joints import joint_letters
 from mobo_core.errors import InputError, StudyError
 from mobo_msgs.srv import Enqueue
 
-HELP = """\
+HELP = f"""\
 usage: ros2 run mobo control pause|resume|stop|status
        ros2 run mobo control enqueue --joints ORDER --lengths L1,L2,...
 
@@ -29,7 +30,8 @@ Command the optimizer of this namespace. What it accepts is in the bag before it
   resume   end a pause
   stop     end the optimizer in order, as Ctrl-C does
   status   print how the study stands, a line of JSON
-  enqueue  make this arm the next trial: joint order in R, P, Y; link lengths in m
+  enqueue  make this arm the next trial: joint order in {joint_letters()};
+           lengths in m
 
 Exit code 0: done; 1: refused, or no optimizer answers; 2: bad input.
 
