@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.report import markup
+from mobo_core.report.figures.render import Rendered
 from mobo_core.report.prefixes import PAPER_COLOURS, Group, found
 from mobo_core.report.table import Row, StudyTable
 from mobo_core.search.front import hypervolume
 
+TABLES = ("front.csv", "trials.csv")
 _MOST_FAILED = 50
 
 
@@ -19,8 +21,7 @@ def study_page(
     study: StudyRecord,
     table: StudyTable,
     groups: Sequence[Group],
-    maps: Mapping[str, str],
-    pictures: Mapping[str, bytes],
+    figures: Sequence[Rendered],
 ) -> str:
     """Return the page of one study.
 
@@ -28,8 +29,7 @@ def study_page(
         study: what it is of.
         table: its trials.
         groups: its arms by prefix.
-        maps: prefix -> name of its voxel map.
-        pictures: name -> PNG.
+        figures: what is shown, in the order of the page.
     """
     settings = study.settings
     space, spec = settings.space, settings.spec
@@ -50,23 +50,15 @@ def study_page(
         f"{spec.voxel_size:g} m, {spec.poses_per_voxel} poses each.</p>",
         *[f'<p class="bad">{escape(fault)}: the report holds what could be read.</p>' for fault in study.faults],
         '<ul class="cards">' + "".join(f"<li><b>{n}</b><span>{escape(t)}</span></li>" for n, t in cards) + "</ul>",
-        markup.figure(pictures["sampling.png"], "All arms by reach and torque. The front is ringed in black."),
+        *_figures(rendered for rendered in figures if not rendered.figure.heading),
         "<h2>Pareto front</h2>",
         _front(table),
         "<h2>Best arm of each prefix</h2>",
         _prefixes(found(groups), table.n_joints),
         '<p class="note">A prefix is the order of the first four joints; named in bold by the paper this follows '
         "(Kawaharazuka et al., Advanced Robotics 2025).</p>",
-        "<h2>Progress</h2>",
-        markup.figure(
-            pictures["hypervolume.png"],
-            "Share of the box between (reach 0, torque 10 N m a voxel) and (full reach, no torque) that is dominated.",
-        ),
+        *_figures(rendered for rendered in figures if rendered.figure.heading),
     ]
-    if maps:
-        body.append("<h2>Where the arms reach, and at what torque</h2>")
-    for prefix, name in maps.items():
-        body.append(markup.figure(pictures[name], f"The arm of the highest reach that begins {prefix}."))
     if table.failed:
         rows = [[str(row.trial), row.joints, row.reason] for row in table.failed[:_MOST_FAILED]]
         body.append("<h2>Failed trials</h2>")
@@ -75,9 +67,23 @@ def study_page(
             body.append(f"<p>and {len(table.failed) - _MOST_FAILED} more, see trials.csv</p>")
     body += ["<h2>Settings</h2>", markup.settings({"study": study.name, **settings.to_dict()})]
     body += ["<h2>Versions</h2>", markup.settings(_json(study.record.get("versions", "{}")))]
-    body += ["<h2>Files</h2>", '<p>Tables: <a href="front.csv">front.csv</a>, <a href="trials.csv">trials.csv</a>. '
-             'Picture: <a href="sampling.svg">sampling.svg</a>.</p>']  # fmt: skip
+    body += ["<h2>Files</h2>", _files(figures)]
     return markup.html(f"{study.name}: report", body)
+
+
+def _figures(figures: Iterable[Rendered]) -> Iterator[str]:
+    for rendered in figures:
+        if rendered.figure.heading:
+            yield f"<h2>{escape(rendered.figure.heading)}</h2>"
+        for caption, png in rendered.shown:
+            yield markup.figure(png, caption)
+
+
+def _files(figures: Iterable[Rendered]) -> str:
+    vector = [name for rendered in figures for name in rendered.files if name.endswith(".svg")]
+    links = [", ".join(f'<a href="{name}">{name}</a>' for name in names) for names in (TABLES, vector)]
+    pictures = f" Picture{'s' if len(vector) > 1 else ''}: {links[1]}." if vector else ""
+    return f"<p>Tables: {links[0]}.{pictures}</p>"
 
 
 def index_page(links: Iterable[tuple[str, StudyRecord, StudyTable]]) -> str:

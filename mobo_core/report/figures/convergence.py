@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from matplotlib.figure import Figure
+from collections.abc import Iterator
 
+from matplotlib.figure import Figure as Canvas
+
+from mobo_core.bag.record import StudyRecord
 from mobo_core.report.figures.drawing import FAINT, plain
+from mobo_core.report.figures.figure import Figure, Picture
 from mobo_core.report.table import StudyTable, running_hypervolume
 
 _LINE = "#0072b2"
 
 
-def hypervolume_figure(table: StudyTable, n_startup_trials: int, title: str) -> Figure:
+def hypervolume_figure(table: StudyTable, n_startup_trials: int, title: str) -> Canvas:
     """Return the hypervolume of the trials told so far, failed ones counted, at about a hundred points."""
-    figure = Figure(figsize=(9.6, 4.0), layout="constrained")
+    figure = Canvas(figsize=(9.6, 4.0), layout="constrained")
     axes = figure.add_subplot()
     axes.set_title(plain(title), loc="left", pad=12)
     axes.set_xlabel("trials told")
@@ -38,3 +42,16 @@ def hypervolume_figure(table: StudyTable, n_startup_trials: int, title: str) -> 
         transform=axes.get_xaxis_transform(), ha="center", color=FAINT, fontsize=9,
     )  # fmt: skip
     return figure
+
+
+def _draw(study: StudyRecord, table: StudyTable) -> Iterator[Picture]:
+    title = f"{study.name}: hypervolume of the front"
+    yield Picture(hypervolume_figure(table, study.settings.n_startup_trials, title))
+
+
+FIGURE = Figure(
+    name="hypervolume",
+    heading="Progress",
+    caption="Share of the box between (reach 0, torque 10 N m a voxel) and (full reach, no torque) that is dominated.",
+    draw=_draw,
+)

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Canvas
 from matplotlib.lines import Line2D
 
+from mobo_core.bag.record import StudyRecord
 from mobo_core.report.figures.drawing import FAINT, INK, plain
+from mobo_core.report.figures.figure import Figure, Picture
 from mobo_core.report.figures.labels import Label, place_labels
 from mobo_core.report.prefixes import prefix_of, styles
 from mobo_core.report.table import Row, StudyTable, rank
 
 _OTHERS = "#cfcfcf"
-_BEHIND: dict[str, Any] = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
+_BEHIND: dict[str, object] = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}
 _KNOWN = Line2D(
     [], [], linestyle="", marker="+", markersize=7, markeredgewidth=1.4, color=INK, label="best of a known order"
 )
 _RASTER_FROM = 3000  # points; above it an SVG holds them as a picture
 
 
-def sampling_figure(table: StudyTable, title: str) -> Figure:
+def sampling_figure(table: StudyTable, title: str) -> Canvas:
     """Return the scatter of all complete trials: the paper's colours, the front ringed, known arms named.
 
     Reach is the sum over the voxels, torque in N m likewise, so that better arms lie to the lower right.
     """
-    figure = Figure(figsize=(9.6, 6.0), layout="constrained")
+    figure = Canvas(figsize=(9.6, 6.0), layout="constrained")
     axes = figure.add_subplot()
     axes.set_title(plain(title), loc="left", pad=12)
     axes.set_xlabel(f"reachability $E^{{\\mathrm{{reach}}}}$  [of {table.n_voxels} voxels]")
@@ -135,7 +137,7 @@ def _known_arms(table: StudyTable) -> list[Row]:
     return list(best.values())
 
 
-def _name(figure: Figure, axes: Axes, table: StudyTable, known: list[Row]) -> None:
+def _name(figure: Canvas, axes: Axes, table: StudyTable, known: list[Row]) -> None:
     """Mark known arms and write their names; last of all, since labels take the room that is left."""
     axes.scatter(*_xy(known), s=26, c="black", marker="+", linewidths=1.4, zorder=7)
     labels = [Label(row.reach, row.torque, _known_text(row)) for row in known]
@@ -151,3 +153,16 @@ def _known_text(row: Row) -> str:
 
 def _xy(rows: list[Row]) -> tuple[list[float], list[float]]:
     return [row.reach for row in rows], [row.torque for row in rows]
+
+
+def _draw(study: StudyRecord, table: StudyTable) -> Iterator[Picture]:
+    yield Picture(sampling_figure(table, f"{study.name}: {len(table.complete)} arms of {table.n_joints} joints"))
+
+
+FIGURE = Figure(
+    name="sampling",
+    heading="",
+    caption="All arms by reach and torque. The front is ringed in black.",
+    draw=_draw,
+    svg=True,
+)

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure as Canvas
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
+from mobo_core.bag.record import StudyRecord
 from mobo_core.design.joints import JOINTS
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.figures.drawing import FAINT, INK, has_dark_text, plain, red_to_green
-from mobo_core.report.table import Row
+from mobo_core.report.figures.figure import Figure, Picture
+from mobo_core.report.prefixes import found, groups
+from mobo_core.report.table import Row, StudyTable
 
 # The ends of the paper's colour scales.
 REACH_ENDS = (0.0, 1.0)
@@ -24,12 +28,13 @@ TORQUE_ENDS = (3.0, 10.0)  # N m, green and red
 _MOST_NUMBERS = 8  # voxels along a side, up to which each shows its value
 _MOST_HATCHED = 1000  # voxels in a layer
 _MOST_LAYERS = 12
+_OTHER_PREFIXES = 4  # drawn beside those that the paper names
 _JOINT_WIDTH = 17.0  # points, of a joint's letter in its circle
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def voxel_figure(row: Row, evaluation: Any, spec: EvaluationSpec, title: str) -> Figure:
+def voxel_figure(row: Row, evaluation: Any, spec: EvaluationSpec, title: str) -> Canvas:
     """Return the maps of an arm: above reach, below torque, layers of voxels from low to high.
 
     Of more than twelve layers, twelve are drawn, evenly chosen.
@@ -45,7 +50,7 @@ def voxel_figure(row: Row, evaluation: Any, spec: EvaluationSpec, title: str) ->
     torque = np.asarray(evaluation.voxel_torque, float).reshape(nx, ny, nz)
     layers = sorted({round(i) for i in np.linspace(0, nz - 1, min(nz, _MOST_LAYERS))})
     columns, bands = _grid(len(layers))
-    figure = Figure(
+    figure = Canvas(
         figsize=(2.25 * columns + 1.6, 4.75 * bands + 1.5),
         layout=ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.05, hspace=0.03),
     )
@@ -171,3 +176,27 @@ def _arm(axes: Axes, row: Row, width: float) -> None:
     axes.annotate(f"{total:.3f} m", (total, 0), xytext=(16, 0), ha="left", **words)
     axes.set(xlim=(-0.04 * total, 1.13 * total), ylim=(-1.9, 1))
     axes.set_axis_off()
+
+
+def _draw(study: StudyRecord, table: StudyTable) -> Iterator[Picture]:
+    spec = study.settings.spec
+    for group in found(groups(table), others=_OTHER_PREFIXES):
+        best = group.best
+        evaluation = study.accepted(best.trial) if best is not None else None
+        if best is None or evaluation is None:
+            continue
+        if not len(evaluation.voxel_reach) == len(evaluation.voxel_torque) == spec.n_voxels:
+            continue
+        values = f"reach {best.reach:.2f} of {table.n_voxels}, torque {best.torque:.1f} N m"
+        canvas = voxel_figure(best, evaluation, spec, f"{best.joints}, trial {best.trial}: {values}")
+        yield Picture(canvas, group.prefix, f"The arm of the highest reach that begins {group.prefix}.")
+
+
+FIGURE = Figure(
+    name="voxels",
+    heading="Where the arms reach, and at what torque",
+    caption="The arm of the highest reach of each prefix, voxel by voxel.",
+    draw=_draw,
+    parts="PREFIX",
+    dpi=120,
+)
