@@ -17,7 +17,6 @@ def write_whole(path: Path, content: bytes | str) -> None:
         InputError: it cannot be written there.
     """
     data = content.encode() if isinstance(content, str) else content
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         if path.is_dir():
             raise InputError("is a folder", where=str(path), expected="the path of a file")
@@ -25,13 +24,23 @@ def write_whole(path: Path, content: bytes | str) -> None:
             path.write_bytes(data)  # a pipe, a device or a link: not ours to replace
             return
         make_folder(path.parent)
-        try:
-            part.write_bytes(data)
-            os.replace(part, path)
-        finally:
-            part.unlink(missing_ok=True)
+        replace_whole(path, data)
     except OSError as error:
         raise _cannot(path, error) from None
+
+
+def replace_whole(path: Path, data: bytes) -> None:
+    """Put a file in the place of what is there, in one step, in a folder that is there.
+
+    Raises:
+        OSError: it cannot be written; what was there stays.
+    """
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_bytes(data)
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def make_folder(folder: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -14,6 +13,7 @@ import yaml
 
 from mobo_core.errors import InputError, StudyError
 from mobo_core.messages import schema
+from mobo_core.outputs import replace_whole
 
 METADATA_FILE = "metadata.yaml"
 
@@ -147,13 +147,8 @@ def write_metadata(folder: Path, summaries: Iterable[FileSummary], custom: dict[
         "ros_distro": "jazzy",
     }
     text = yaml.safe_dump({"rosbag2_bagfile_information": information}, sort_keys=False)
-    part = folder / (METADATA_FILE + ".part")
     try:
-        try:
-            part.write_text(text, encoding="utf-8")
-            os.replace(part, folder / METADATA_FILE)
-        finally:
-            part.unlink(missing_ok=True)
+        replace_whole(folder / METADATA_FILE, text.encode())
     except OSError as error:
         raise StudyError(f"{folder / METADATA_FILE}: cannot be written ({error.strerror or error})") from None
 

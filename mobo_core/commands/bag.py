@@ -8,11 +8,12 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import lock_holder, notice
 from mobo_core.errors import StudyError
 
 
-def add(verbs: Any) -> None:
+def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "bag",

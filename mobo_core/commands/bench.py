@@ -6,10 +6,11 @@ import argparse
 import json
 from typing import Any
 
+from mobo_core.commands.parsing import Verbs
 from mobo_core.errors import InputError
 
 
-def add(verbs: Any) -> None:
+def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser("bench", help="measure speed and completeness on this machine")
     benches = parser.add_subparsers(dest="bench", metavar="BENCH", required=True)

@@ -8,21 +8,13 @@ import importlib
 import os
 import sys
 from collections.abc import Sequence
-from typing import NoReturn
 
+from mobo_core.commands.parsing import Parser
 from mobo_core.errors import MoboError
 from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
 VERBS = ("evaluate", "report", "verify", "export", "bag", "bench", "doctor")
-
-
-class Parser(argparse.ArgumentParser):
-    """Says what is wrong with the arguments in one line, exit code 2."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print one line and exit with 2."""
-        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
 
 
 def parser() -> argparse.ArgumentParser:

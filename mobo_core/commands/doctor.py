@@ -13,14 +13,15 @@ import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+
+from mobo_core.commands.parsing import Verbs
 
 _WHEELS = ("pin", "coal", "xacro", "numba", "optuna", "mcap", "rosbags")
 _ENOUGH_DISK_GB = 2.0
 _ROUND_TRIP_S = 30.0
 
 
-def add(verbs: Any) -> None:
+def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "doctor",

@@ -5,13 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
 
 from mobo_core.commands.arms import add_arm_arguments, arm_urdf
+from mobo_core.commands.parsing import Verbs
 from mobo_core.errors import InputError
 
 
-def add(verbs: Any) -> None:
+def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "evaluate",

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from mobo_core.commands.arms import add_arm_arguments, arm_urdf
+from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import read_bag_argument
 from mobo_core.errors import InputError
 
 
-def add(verbs: Any) -> None:
+def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "export",
@@ -27,7 +27,7 @@ def add(verbs: Any) -> None:
     _add_table(kinds)
 
 
-def _add_urdf(kinds: Any) -> None:
+def _add_urdf(kinds: Verbs) -> None:
     parser = kinds.add_parser(
         "urdf",
         help="one arm, or the best of a bag",
@@ -47,7 +47,7 @@ def _add_urdf(kinds: Any) -> None:
     parser.set_defaults(run=run_urdf)
 
 
-def _add_table(kinds: Any) -> None:
+def _add_table(kinds: Verbs) -> None:
     parser = kinds.add_parser(
         "table",
         help="all trials as CSV or Parquet",

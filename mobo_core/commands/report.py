@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
+from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import read_bag_argument
+
+if TYPE_CHECKING:
+    from mobo_core.report.report import Report
 
 _OTHER_PREFIXES = 6  # shown in the terminal beside the paper's; the page has all
 
 
-def add(verbs: Any) -> None:
+def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "report",
         help="front, pictures and a page of recorded studies",
-        description="Print the Pareto front and the best arms of a study, and write tables, pictures and a page:\n"
-        "front.csv, trials.csv, sampling.png and .svg, hypervolume.png, voxels_<PREFIX>.png, index.html.\n"
+        description="Print the Pareto front and the best arms of a study, and write into DIR tables (front.csv,\n"
+        "trials.csv), pictures, and a page of them all (index.html).\n"
         "Of several bags each gets a folder of its own in DIR, and DIR/index.html leads to them.",
         epilog="examples:\n"
         "  mobo report bags/demo_001 -o bags/demo_001_report\n"
@@ -27,6 +31,15 @@ def add(verbs: Any) -> None:
     parser.add_argument("bags", nargs="+", metavar="BAG", help="folder of a bag, or an .mcap file")
     parser.add_argument("-o", "--output", required=True, metavar="DIR", help="folder to write to; made if missing")
     parser.set_defaults(run=run)
+    parser.more = _pictures
+
+
+def _pictures() -> str:
+    from mobo_core.report.figures.registry import FIGURES
+
+    width = max(len(figure.files) for figure in FIGURES.values())
+    lines = [f"  {figure.files:{width}}  {figure.caption}" for figure in FIGURES.values()]
+    return "\n".join(["pictures:", *lines])
 
 
 def run(args: argparse.Namespace) -> int:
@@ -51,7 +64,7 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _print(report: Any) -> None:
+def _print(report: Report) -> None:
     from rich.console import Console
 
     from mobo_core.report.console import front_table, prefix_table

@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from typing import Any
 
+from mobo_core.commands.parsing import Verbs
 from mobo_core.errors import InputError
 
 _MOST_SHOWN = 20
 
 
-def add(verbs: Any) -> None:
+def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "verify",

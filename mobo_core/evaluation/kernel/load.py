@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import importlib.util
 import inspect
-import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +12,7 @@ from types import ModuleType
 
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.kernel import CACHE, lanes, sweep, warm_up
+from mobo_core.outputs import replace_whole
 
 # The kernel is written out joint by joint; beyond this, compiling it takes minutes.
 MAX_JOINTS = 12
@@ -73,9 +73,7 @@ def _kept(n: int, folder: Path) -> ModuleType:
     name = f"mobo_kernel_{n}"
     path = folder / f"{name}.py"
     if not path.exists():
-        part = path.with_suffix(f".{os.getpid()}")
-        part.write_text(_source(n), encoding="utf-8")
-        os.replace(part, path)
+        replace_whole(path, _source(n).encode())
     found = importlib.util.spec_from_file_location(name, path)
     assert found is not None and found.loader is not None
     module = importlib.util.module_from_spec(found)

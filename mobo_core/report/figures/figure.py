@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import matplotlib.figure
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.report.table import StudyTable
+
+Kind = Literal["png", "svg"]
 
 
 class Picture(NamedTuple):
@@ -66,6 +68,6 @@ class Figure:
         return f"{stem}.png and .svg" if self.svg else f"{stem}.png"
 
     @property
-    def kinds(self) -> tuple[str, ...]:
+    def kinds(self) -> tuple[Kind, ...]:
         """Suffixes of its files."""
         return ("png", "svg") if self.svg else ("png",)

@@ -53,18 +53,23 @@ def render(study: StudyRecord, table: StudyTable, progress: Callable[[int, int],
         with _spared(figure), looks():
             drawn.append((figure, list(figure.draw(study, table))))
     total, done = sum(len(pictures) for _, pictures in drawn), 0
+    progress(done, total)
+
+    def step() -> None:
+        nonlocal done
+        done += 1
+        progress(done, total)
+
     rendered = []
     for figure, pictures in drawn:
-        progress(done, total)
         with _spared(figure), looks():
-            rendered.append(_rendered(figure, pictures, lambda n, done=done: progress(done + n, total)))
-        done += len(pictures)
+            rendered.append(_rendered(figure, pictures, step))
     return [figure for figure in rendered if figure.shown]
 
 
-def _rendered(figure: Figure, pictures: Sequence[Picture], step: Callable[[int], None]) -> Rendered:
+def _rendered(figure: Figure, pictures: Sequence[Picture], step: Callable[[], None]) -> Rendered:
     out = Rendered(figure)
-    for i, one in enumerate(pictures):
+    for one in pictures:
         stem = f"{figure.name}_{file_name(one.part)}" if one.part else figure.name
         for kind in figure.kinds:
             name = f"{stem}.{kind}"
@@ -72,7 +77,7 @@ def _rendered(figure: Figure, pictures: Sequence[Picture], step: Callable[[int],
                 raise ValueError(f"two pictures for {name}")
             out.files[name] = picture(one.canvas, kind, figure.dpi)
         out.shown.append(Shown(one.caption or figure.caption, out.files[f"{stem}.png"]))
-        step(i + 1)
+        step()
     return out
 
 
