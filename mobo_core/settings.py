@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import reprlib
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self, get_args
+from typing import Any, Self
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -17,6 +19,13 @@ _MAX_YAML_BYTES = 100_000
 _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 200
 _REPR.maxlevel = 3
+
+
+@dataclass(frozen=True)
+class Listed:
+    """Marks a field, by ``Annotated``, whose help begins with what ``names`` returns once it is asked for."""
+
+    names: Callable[[], str]
 
 
 class Settings(BaseModel):
@@ -90,9 +99,3 @@ def _one_line(cls: type[BaseModel], error: ValidationError, where: str) -> Input
     for prefix in ("Value error, ", "Input should be ", "Assertion failed, "):
         message = message.removeprefix(prefix)
     return InputError(what, where=where, expected=message)
-
-
-def choices(annotation: Any) -> str:
-    """Return the values of a ``Literal`` as people read them: ``a, b or c``."""
-    names = [str(value) for value in get_args(annotation)]
-    return ", ".join(names[:-1]) + " or " + names[-1] if len(names) > 1 else names[0]

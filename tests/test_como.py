@@ -13,7 +13,7 @@ from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.search.front import hypervolume
-from mobo_core.search.samplers.registry import trial_seed
+from mobo_core.search.samplers.sampler import trial_seed
 from mobo_core.search.study import OrderedStudy, StudySettings, Told
 
 cmaes = pytest.importorskip("cmaes")

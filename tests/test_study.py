@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import itertools
 import json
-import random
 import warnings
 from collections.abc import Callable
-from typing import Any, get_args
+from typing import Any
 
 import optuna
 import pytest
@@ -17,16 +15,14 @@ import pytest
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec
-from mobo_core.search.samplers.registry import SamplerName, paper_gamma, sampler_factory, tenth, trial_seed
+from mobo_core.search.samplers import contract
+from mobo_core.search.samplers.contract import TRIALS, go_on, resumed, run, score, tell_next, value_of
+from mobo_core.search.samplers.parzen import paper_gamma, tenth
+from mobo_core.search.samplers.registry import SAMPLERS
+from mobo_core.search.samplers.sampler import trial_seed
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 
-TRIALS = 30
-SAMPLERS = get_args(SamplerName)
-CASES = [
-    case
-    for case in itertools.product(SAMPLERS, ("fractions", "sequential"), (1, 3, 8))
-    if case[:2] != ("como", "sequential")  # which is refused
-]
+BUILT_IN = [sampler.name for sampler in SAMPLERS.built_in]
 
 
 def settings_of(sampler: str = "tpe", lengths: str = "fractions", in_flight: int = 3, **values: Any) -> StudySettings:
@@ -35,78 +31,17 @@ def settings_of(sampler: str = "tpe", lengths: str = "fractions", in_flight: int
     return StudySettings.of(given)
 
 
-def value_of(number: int, design: Design) -> tuple[float, float] | None:
-    """Score a design: long middle links reach far, rolls are light; about one trial in six fails."""
-    digest = hashlib.sha256(f"{number} {design}".encode()).digest()
-    return None if digest[0] < 43 else score(design)
+@pytest.mark.parametrize("settings", [c for name in BUILT_IN for c in contract.cases(name)], ids=contract.label)
+@pytest.mark.parametrize("check", contract.CHECKS)
+def test_contract(check: Callable[[StudySettings], None], settings: StudySettings) -> None:
+    """Every sampler keeps the contract, in every way of lengths and number in flight that it takes."""
+    check(settings)
 
 
-def score(design: Design) -> tuple[float, float]:
-    reach = 10 * design.lengths[1] + 5 * design.lengths[2] + design.joints.count("P")
-    return reach, 3.0 - design.joints.count("R") + 4 * design.lengths[0]
-
-
-Value = Callable[[int, Design], tuple[float, float] | None]
-
-
-def run(
-    settings: StudySettings, trials: int = TRIALS, eager: float = 0.5, seed: int = 0, value: Value = value_of
-) -> list[Asked]:
-    """Run a study in which the next step is to ask, if that may be, with probability ``eager``, else to tell."""
-    return go_on(OrderedStudy(settings), trials, eager, seed, value)
-
-
-def go_on(
-    study: OrderedStudy, trials: int = TRIALS, eager: float = 0.5, seed: int = 0, value: Value = value_of
-) -> list[Asked]:
-    chance = random.Random(seed)
-    while len(study.asked) < trials:
-        may_tell = len(study.told) < len(study.asked)
-        if study.may_ask() and (not may_tell or chance.random() < eager):
-            study.ask()
-        else:
-            tell_next(study, value)
-    return list(study.asked)
-
-
-def tell_next(study: OrderedStudy, value: Value = value_of) -> None:
-    number = len(study.told)
-    study.tell(Told(number, value(number, study.asked[number].design)))
-
-
-def resumed(settings: StudySettings, asked: list[Asked], told: int) -> OrderedStudy:
-    """Rebuild a study from what a record of it holds: parameters as JSON, and values."""
-    study = OrderedStudy(settings)
-    for past in asked:
-        while not study.may_ask():
-            tell_next(study)
-        assert study.recall(json.loads(json.dumps(past.params))) == past
-    while len(study.told) < told:
-        tell_next(study)
-    return study
-
-
-@pytest.mark.parametrize(("sampler", "lengths", "in_flight"), CASES)
-def test_same_designs_whatever_the_order_of_answers(sampler: str, lengths: str, in_flight: int) -> None:
-    """The designs are the same whether all answers come at once, one by one, as late as can be, or anyhow."""
-    settings = settings_of(sampler, lengths, in_flight)
-    expected = run(settings, eager=1.0)  # tell only what must be told
-    assert [asked.number for asked in expected] == list(range(TRIALS))
-    assert run(settings, eager=0.0) == expected  # tell all that can be told
-    assert run(settings, eager=0.6, seed=1) == expected
-    assert len({asked.design for asked in expected}) > TRIALS / 2
-
-
-@pytest.mark.parametrize(("sampler", "lengths", "in_flight"), CASES)
-def test_resume_goes_on_as_if_never_stopped(sampler: str, lengths: str, in_flight: int) -> None:
-    """Rebuilt from a record at any point, a study asks for the same designs as one that ran through."""
-    settings = settings_of(sampler, lengths, in_flight)
-    expected = run(settings)
-    chance = random.Random(2)
-    for asked in sorted({0, 1, 8, TRIALS - 1, chance.randrange(2, TRIALS), chance.randrange(9, TRIALS)}):
-        told = chance.randint(max(0, asked - in_flight), asked)
-        study = resumed(settings, expected[:asked], told)
-        assert go_on(study, min(TRIALS, asked + 6)) == expected[: min(TRIALS, asked + 6)], (asked, told)
+def test_the_contract_is_tried_on_all() -> None:
+    """All samplers take all cases, but for como, which refuses sequential lengths."""
+    counts = {name: len(contract.cases(name)) for name in BUILT_IN}
+    assert counts == dict.fromkeys(BUILT_IN, 6) | {"como": 3}
 
 
 def test_resumed_twice() -> None:
@@ -368,7 +303,7 @@ def test_unknown_sampler() -> None:
     """A sampler that does not exist is refused with the names of those that do."""
     names = "tpe, tpe_univariate, paper, nsga2, como or random"
     with pytest.raises(InputError, match=f"sampler: 'magic'; expected {names}"):
-        sampler_factory("magic", 0, 100, DesignSpace(), 75)
+        SAMPLERS.of("magic")
 
 
 def test_asked_and_told_are_values() -> None:

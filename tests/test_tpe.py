@@ -24,7 +24,8 @@ from optuna.samplers._tpe import sampler as stock_tpe
 from optuna.trial import FrozenTrial, TrialState, create_trial
 
 from mobo_core.design import DesignSpace
-from mobo_core.search.samplers.registry import paper_gamma, tenth, trial_seed
+from mobo_core.search.samplers.parzen import paper_gamma, tenth
+from mobo_core.search.samplers.sampler import trial_seed
 from mobo_core.search.samplers.tpe.estimator import Estimator, Space
 from mobo_core.search.samplers.tpe.ranking import good_trials, hypervolume_weights, insert_sorted
 from mobo_core.search.samplers.tpe.sampler import FastTPESampler, recent

@@ -15,7 +15,8 @@ import optuna
 from optuna.samplers import BaseSampler
 
 from mobo_core.design import Design, DesignSpace
-from mobo_core.search.samplers.registry import fast_tpe, paper_gamma, tenth, trial_seed
+from mobo_core.search.samplers.parzen import fast_tpe, paper_gamma, tenth
+from mobo_core.search.samplers.sampler import trial_seed
 from mobo_core.search.study import OrderedStudy, StudySettings, Told
 
 SPACE = DesignSpace()

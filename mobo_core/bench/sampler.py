@@ -17,7 +17,8 @@ from optuna.samplers._tpe import sampler as stock_tpe
 from optuna.trial import FrozenTrial, TrialState, create_trial
 
 from mobo_core.design import Design, DesignSpace
-from mobo_core.search.samplers.registry import fast_tpe, tenth, trial_seed
+from mobo_core.search.samplers.parzen import fast_tpe, tenth
+from mobo_core.search.samplers.sampler import trial_seed
 from mobo_core.search.samplers.tpe.estimator import Space
 from mobo_core.search.samplers.tpe.sampler import FastTPESampler
 

@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
     """Check and print."""
     if args.warm:
         from mobo_core.evaluation.kernel.load import kernel
-        from mobo_core.search.samplers.registry import fast_tpe
+        from mobo_core.search.samplers.parzen import fast_tpe
 
         for n in (6, 7):
             kernel(n)

@@ -15,11 +15,13 @@ from pydantic import Field, field_validator
 from mobo_core.coordination.answer import AnswerEngine
 from mobo_core.design import DesignSpace
 from mobo_core.evaluation.spec import PRESETS, load_spec
+from mobo_core.search.samplers.registry import SAMPLERS
 from mobo_core.search.study import StudySettings
 from mobo_core.settings import Settings
 
 _MANY = 2**31 - 1
 _LONG_S = 1e6
+_OF_STUDY = ("sampler", "n_startup_trials", "seed", "in_flight")  # settings that are options too
 
 
 def _as_in(model: type[Settings], name: str, more: str = "") -> Any:
@@ -71,21 +73,15 @@ class OptimizerOptions(Settings):
             InputError: a value or file that does not fit.
         """
         given = self.model_fields_set
-        space = DesignSpace.from_yaml(self.space) if self.space else DesignSpace()
-        fields = space.to_dict()
-        if self.sampler == "paper" and not self.space:
-            fields["lengths"] = "sequential"
+        usual = SAMPLERS[self.sampler].defaults if self.sampler in SAMPLERS else {}
+        fields = (DesignSpace.from_yaml(self.space) if self.space else DesignSpace()).to_dict()
+        if not self.space:
+            fields |= {name: value for name, value in usual.items() if name in fields}
         fields |= {name: getattr(self, name) for name in ("n_joints", "lengths") if name in given}
-        one = self.sampler in ("paper", "como") and "in_flight" not in given
-        return StudySettings.of(
-            {
-                "space": DesignSpace.of(fields, where="space"),
-                "spec": load_spec(self.spec),
-                "in_flight": 1 if one else self.in_flight,
-                **{name: getattr(self, name) for name in ("sampler", "n_startup_trials", "seed")},
-            },
-            where="parameters",
-        )
+        values = {name: getattr(self, name) for name in _OF_STUDY}
+        values |= {name: value for name, value in usual.items() if name in values and name not in given}
+        values |= {"space": DesignSpace.of(fields, where="space"), "spec": load_spec(self.spec)}
+        return StudySettings.of(values, where="parameters")
 
 
 class _Workers(Settings):

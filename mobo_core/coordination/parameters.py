@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pydantic.fields import FieldInfo
 
 from mobo_core.errors import InputError
-from mobo_core.settings import Settings
+from mobo_core.settings import Listed, Settings
 
 Value = bool | int | float | str
 
@@ -49,14 +49,16 @@ def parameters(options: type[Settings]) -> tuple[Parameter, ...]:
 
 
 def _parameter(name: str, field: FieldInfo) -> Parameter:
-    low, high = -math.inf, math.inf
+    low, high, text = -math.inf, math.inf, field.description or ""
     for bound in field.metadata:
         low = getattr(bound, "ge", low)
         high = getattr(bound, "le", high)
         if hasattr(bound, "lt"):  # of whole numbers alone
             high = bound.lt - 1
+        if isinstance(bound, Listed):
+            text = f"{bound.names()}; {text}" if text else bound.names()
     default = field.get_default(call_default_factory=True, validated_data={})
-    return Parameter(name, default, field.description or "", low, high)
+    return Parameter(name, default, text, low, high)
 
 
 def help_text(executable: str, summary: str, options: type[Settings], examples: list[str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import optuna
 from optuna.trial import TrialState
@@ -11,8 +11,11 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from mobo_core.design import Design, DesignSpace
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.search.samplers.registry import LEAVE_NOTES, SamplerName, sampler_factory
-from mobo_core.settings import Settings
+from mobo_core.search.samplers.registry import SAMPLERS, sampler_names
+from mobo_core.search.samplers.sampler import Task
+from mobo_core.settings import Listed, Settings
+
+OBJECTIVES = ("reach", "torque")
 
 
 class StudySettings(Settings):
@@ -24,11 +27,7 @@ class StudySettings(Settings):
 
     space: DesignSpace = DesignSpace()
     spec: EvaluationSpec = EvaluationSpec()
-    sampler: SamplerName = Field(
-        "tpe",
-        description="tpe, tpe_univariate, paper (sequential), nsga2, como or random; "
-        "paper, como: one in flight unless set",
-    )
+    sampler: Annotated[str, Listed(sampler_names)] = Field("tpe", description="in brackets what it sets unless named")
     n_startup_trials: int = Field(
         100, ge=1, le=1_000_000, description="random trials before the sampler's model takes over"
     )
@@ -41,13 +40,12 @@ class StudySettings(Settings):
 
     @field_validator("sampler")
     @classmethod
-    def _fits_space(cls, sampler: SamplerName, info: ValidationInfo) -> SamplerName:
+    def _fits(cls, sampler: str, info: ValidationInfo) -> str:
+        if sampler not in SAMPLERS:
+            raise ValueError(" or ".join(map(repr, SAMPLERS)))
         space = info.data.get("space")
-        if sampler == "como" and space is not None:
-            if space.lengths != "fractions":
-                raise ValueError("another than como with sequential lengths: it draws fractions alone")
-            if space.n_joints == 1 and len(space.joint_types) == 1:
-                raise ValueError("another than como in a space of one arm")
+        if space is not None and (why := SAMPLERS[sampler].unfit(space, OBJECTIVES)):
+            raise ValueError(f"another than {sampler} {why}")
         return sampler
 
     def first_difference(self, other: StudySettings) -> tuple[str, Any, Any] | None:
@@ -83,10 +81,10 @@ class Asked:
 
 @dataclass(frozen=True)
 class Told:
-    """What a trial came to: (reach, torque in N m), or None if it failed."""
+    """What a trial came to: the values of the objectives in their order, or None if it failed."""
 
     number: int
-    values: tuple[float, float] | None
+    values: tuple[float, ...] | None
 
 
 class OrderedStudy:
@@ -99,9 +97,9 @@ class OrderedStudy:
 
     def __init__(self, settings: StudySettings) -> None:
         self.settings = settings
-        self._sampler = sampler_factory(
-            settings.sampler, settings.seed, settings.n_startup_trials, settings.space, settings.spec.n_voxels
-        )
+        sampler = SAMPLERS[settings.sampler]
+        task = Task(settings.space, settings.spec, OBJECTIVES, settings.n_startup_trials, settings.seed)
+        self._sampler, self._stateful = sampler.factory(task), sampler.stateful
         self._optuna = optuna.create_study(directions=["maximize", "minimize"], sampler=self._sampler(0))
         self._asked: list[Asked] = []
         self._told: list[Told] = []
@@ -138,7 +136,7 @@ class OrderedStudy:
         self._catch_up(number)
         space = self.settings.space
         asked = Asked(number, space.design(params), params)
-        if self.settings.sampler in LEAVE_NOTES:
+        if self._stateful:
             self._optuna.sampler = self._sampler(number)
             self._optuna.enqueue_trial(params)
             trial = self._optuna.ask()

@@ -5,10 +5,9 @@ from __future__ import annotations
 import warnings
 from collections import deque
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from cmaes import COMOCatCMAwM
 from optuna import Study
 from optuna.distributions import BaseDistribution
 from optuna.samplers import BaseSampler, RandomSampler
@@ -16,6 +15,10 @@ from optuna.trial import FrozenTrial, TrialState
 
 from mobo_core.design import DesignSpace
 from mobo_core.search.front import TORQUE_PER_VOXEL
+from mobo_core.search.samplers.sampler import ForTrial, Sampler, Task
+
+if TYPE_CHECKING:
+    from cmaes import COMOCatCMAwM
 
 
 class ComoSampler(BaseSampler):
@@ -44,6 +47,8 @@ class ComoSampler(BaseSampler):
     """
 
     def __init__(self, space: DesignSpace, n_voxels: int, seed: int) -> None:
+        from cmaes import COMOCatCMAwM  # not at the top: who has another sampler need not wait for it
+
         self._types = space.joint_types
         self._n_joints = space.n_joints
         self._scale = np.array([-n_voxels, TORQUE_PER_VOXEL * n_voxels])
@@ -113,3 +118,34 @@ class ComoSampler(BaseSampler):
         return {f"J{i + 1}": self._types[int(t)] for i, t in enumerate(types)} | {
             f"u{i + 1}": float(u) for i, u in enumerate(fractions)
         }
+
+
+def _unfit(space: DesignSpace, objectives: tuple[str, ...]) -> str:
+    if space.lengths != "fractions":
+        return f"with {space.lengths} lengths: it draws fractions alone"
+    if space.n_joints == 1 and len(space.joint_types) == 1:
+        return "in a space of one arm"
+    if objectives != ("reach", "torque"):
+        return f"for {', '.join(objectives)}: it takes reach, torque alone"
+    return ""
+
+
+def _factory(task: Task) -> ForTrial:
+    sampler = ComoSampler(task.space, task.spec.n_voxels, task.seed_of(0))
+
+    def for_trial(trial: int) -> BaseSampler:
+        sampler.reseed(task.seed_of(trial))
+        return sampler
+
+    return for_trial
+
+
+# Its kernels have one random stream, which a resumed study goes through again.
+COMO = Sampler(
+    "como",
+    "COMO-CatCMA with margin (arXiv 2504.07884), for fractions and one trial in flight, or few",
+    _factory,
+    stateful=True,
+    unfit=_unfit,
+    defaults={"in_flight": 1},
+)
