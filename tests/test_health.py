@@ -31,6 +31,8 @@ WELL = {
         ({"told": 3, "failed": 3}, Level.OK, "3 of 100"),  # too few to tell
         ({"free_bytes": 5 * 10**8}, Level.WARN, "500 MB"),
         ({"free_bytes": 5 * 10**7, "paused": True}, Level.ERROR, "50 MB"),
+        ({"free_bytes": 0}, Level.ERROR, "0 MB left"),
+        ({"free_bytes": None}, Level.OK, "50 of 100"),  # cannot be told
     ],
 )
 def test_health_of_an_optimizer(change: dict[str, Any], level: Level, says: str) -> None:
@@ -57,11 +59,11 @@ def test_rate_is_that_of_the_last_seconds() -> None:
 
 
 def test_sizes(tmp_path: Path) -> None:
-    """Of a bag's files together; nothing, not an error, where there is none."""
+    """Of a bag's files together; nothing, not an error, where there is none. A full disk is not an unknown one."""
     (tmp_path / "a_0.mcap").write_bytes(b"1234")
     (tmp_path / "metadata.yaml").write_bytes(b"12")
-    assert bag_bytes(tmp_path) == 6 and free_bytes(tmp_path) > 0
-    assert bag_bytes(tmp_path / "none") == 0 and free_bytes(tmp_path / "none") == 0
+    assert bag_bytes(tmp_path) == 6 and (free_bytes(tmp_path) or 0) > 0
+    assert bag_bytes(tmp_path / "none") == 0 and free_bytes(tmp_path / "none") is None
 
 
 _LISTEN = """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -96,6 +97,24 @@ def test_every_dependency_is_pinned() -> None:
 def test_every_message_is_built() -> None:
     listed = re.findall(r'"msg/(\w+\.msg)"', (ROOT / "ros_pkgs/mobo_msgs/CMakeLists.txt").read_text())
     assert sorted(listed) == MESSAGES
+
+
+def test_nodes_package_installs_what_there_is() -> None:
+    """Every folder that setup.py names is there, and every node's module; nothing of launch/ is left out."""
+    package = ROOT / "ros_pkgs/mobo"
+    spied = (
+        "import json, runpy, setuptools\n"
+        "setuptools.setup = lambda **given: print(json.dumps([given['data_files'], given['entry_points']]))\n"
+        "runpy.run_path('setup.py')"
+    )
+    files, entries = json.loads(run(sys.executable, "-c", spied, cwd=package).stdout)
+    assert all(listed and all((package / file).is_file() for file in listed) for _, listed in files)
+    assert {str(path.relative_to(package)) for path in (package / "launch").glob("*.py")} <= {
+        file for _, listed in files for file in listed
+    }
+    for entry in entries["console_scripts"]:
+        module = entry.split("=")[1].split(":")[0].strip()
+        assert (package / f"{module.replace('.', '/')}.py").is_file()
 
 
 def test_colcon_takes_the_packages_as_ros_packages() -> None:

@@ -200,3 +200,10 @@ def test_what_is_no_bag_is_refused_with_2(tmp_path: Path, capsys: pytest.Capture
     assert main(["verify", str(path)]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and str(path) in said and "expected" in said
+
+
+@pytest.mark.parametrize(("option", "least"), [("--workers", 1), ("--sample", 0)])
+def test_numbers_out_of_range_are_refused(option: str, least: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """The message says where the range begins."""
+    assert main(["verify", "bags/none", option, str(least - 1)]) == 2
+    assert capsys.readouterr().err == f"mobo verify: {option}: {least - 1}; expected a whole number from {least} up\n"

@@ -35,10 +35,10 @@ def run(args: argparse.Namespace) -> int:
     from mobo_core.evaluation.kernel.load import kernel
     from mobo_core.verify.verify import verify
 
-    for name in ("sample", "workers"):
+    for name, least in (("sample", 0), ("workers", 1)):
         value = getattr(args, name)
-        if value is not None and value < (0 if name == "sample" else 1):
-            raise InputError(str(value), where=f"--{name}", expected="a whole number, not negative")
+        if value is not None and value < least:
+            raise InputError(str(value), where=f"--{name}", expected=f"a whole number from {least} up")
     study = read_study(args.bag)
     kernel(study.settings.space.n_joints)  # before the workers: one compiles, not each
     with bar("verifying") as progress:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from enum import IntEnum
 from pathlib import Path
 from shutil import disk_usage
 from typing import NamedTuple
+
+from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.optimizer import Optimizer
 
 _WARN_FREE_BYTES = 1_000_000_000
 _ERROR_FREE_BYTES = 100_000_000
@@ -58,12 +62,12 @@ def bag_bytes(folder: Path) -> int:
         return 0
 
 
-def free_bytes(folder: Path) -> int:
-    """Return the room left where a bag is; 0 if that cannot be told."""
+def free_bytes(folder: Path) -> int | None:
+    """Return the room left where a bag is; None if that cannot be told."""
     try:
         return disk_usage(folder).free
     except OSError:
-        return 0
+        return None
 
 
 def optimizer_health(
@@ -79,27 +83,53 @@ def optimizer_health(
     paused: bool,
     trials_per_s: float,
     bag_bytes: int,
-    free_bytes: int,
+    free_bytes: int | None,
 ) -> Health:
     """Return the health of an optimizer; ``waiting`` counts the trials without an answer that nobody evaluates."""
     figures = {
         "trials_told": f"{told}", "trials": f"{n_trials}", "trials_in_flight": f"{in_flight}",
         "trials_failed": f"{failed}", "trials_per_s": f"{trials_per_s:.2f}", "queue": f"{waiting}",
         "candidates_resent": f"{resent}", "evaluators": f"{evaluators}", "workers": f"{workers}",
-        "bag_bytes": f"{bag_bytes}", "free_disk_bytes": f"{free_bytes}",
+        "bag_bytes": f"{bag_bytes}", "free_disk_bytes": "unknown" if free_bytes is None else f"{free_bytes}",
     }  # fmt: skip
     said = f"{told} of {n_trials} trials told"
-    if free_bytes < _ERROR_FREE_BYTES:
-        return Health(Level.ERROR, f"{free_bytes / 1e6:.0f} MB left for the bag", figures)
+    left = math.inf if free_bytes is None else free_bytes
+    if left < _ERROR_FREE_BYTES:
+        return Health(Level.ERROR, f"{left / 1e6:.0f} MB left for the bag", figures)
     if paused:
         return Health(Level.WARN, f"paused; {said}", figures)
     if not evaluators and told < n_trials:
         return Health(Level.WARN, f"no evaluator; {said}", figures)
     if told >= _ENOUGH and failed > _MANY_FAILED * told:
         return Health(Level.WARN, f"{failed} of {told} trials failed", figures)
-    if free_bytes < _WARN_FREE_BYTES:
-        return Health(Level.WARN, f"{free_bytes / 1e6:.0f} MB left for the bag", figures)
+    if left < _WARN_FREE_BYTES:
+        return Health(Level.WARN, f"{left / 1e6:.0f} MB left for the bag", figures)
     return Health(Level.OK, said, figures)
+
+
+class StudyHealth:
+    """The health of an optimizer, to be asked for now and then.
+
+    Args:
+        optimizer: a running one.
+        dispatcher: its dispatcher.
+        bag: folder of its bag.
+    """
+
+    def __init__(self, optimizer: Optimizer, dispatcher: Dispatcher, bag: Path) -> None:
+        self._optimizer, self._dispatcher, self._bag = optimizer, dispatcher, bag
+        self._rate = Rate()
+
+    def at(self, now: float) -> Health:
+        """Return the health at ``now`` (s)."""
+        optimizer, alive = self._optimizer, self._dispatcher.evaluators
+        told = len(optimizer.study.told)
+        return optimizer_health(
+            told=told, n_trials=optimizer.n_trials, in_flight=len(optimizer.study.asked) - told,
+            failed=optimizer.failed, waiting=self._dispatcher.waiting, resent=optimizer.resent, evaluators=len(alive),
+            workers=sum(alive.values()), paused=optimizer.controls.paused, trials_per_s=self._rate.at(now, told),
+            bag_bytes=bag_bytes(self._bag), free_bytes=free_bytes(self._bag),
+        )  # fmt: skip
 
 
 def evaluator_health(*, workers: int, ready: int, restarts: int, held: int, answered: int) -> Health:

@@ -12,7 +12,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/mobo"]),
         ("share/mobo", ["package.xml"]),
-        *((f"share/mobo/{folder}", glob(f"{folder}/*")) for folder in ("launch", "config", "rviz")),
+        ("share/mobo/launch", glob("launch/*.py")),
     ],
     install_requires=["setuptools", "mobo-core"],
     zip_safe=True,

@@ -18,7 +18,7 @@ from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core.bag.study_bag import StudyBag, check_bag
 from mobo_core.coordination.dispatch import Dispatcher
-from mobo_core.coordination.health import Health, Rate, bag_bytes, free_bytes, optimizer_health
+from mobo_core.coordination.health import StudyHealth
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.parameters import help_text
@@ -94,18 +94,8 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
         node.create_timer(_TICK_S, lambda: optimizer.tick(clock()))
         node.create_timer(_STATUS_S, report)
         offer_services(node, optimizer, clock)
-        rate = Rate()
-
-        def health() -> Health:
-            told, alive = len(optimizer.study.told), dispatcher.evaluators
-            return optimizer_health(
-                told=told, n_trials=optimizer.n_trials, in_flight=len(optimizer.study.asked) - told,
-                failed=optimizer.failed, waiting=dispatcher.waiting, resent=optimizer.resent, evaluators=len(alive),
-                workers=sum(alive.values()), paused=optimizer.controls.paused, trials_per_s=rate.at(clock(), told),
-                bag_bytes=bag_bytes(folder), free_bytes=free_bytes(folder),
-            )  # fmt: skip
-
-        publish_health(node, "study", health)
+        health = StudyHealth(optimizer, dispatcher, folder)
+        publish_health(node, "study", lambda: health.at(clock()))
         log(f"study {name}: {options.n_trials} trials into {folder}")
         if not optimizer.done:
             optimizer.record_status(states.RUNNING)
