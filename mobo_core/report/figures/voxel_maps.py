@@ -16,6 +16,7 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.design.joints import JOINTS
+from mobo_core.evaluation.colours import REACH_SCALE, TORQUE_SCALE
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.figures.drawing import FAINT, INK, has_dark_text, plain, red_to_green
 from mobo_core.report.figures.figure import Figure, Picture
@@ -23,8 +24,8 @@ from mobo_core.report.prefixes import found, groups
 from mobo_core.report.table import Row, StudyTable
 
 # The ends of the paper's colour scales.
-REACH_ENDS = (0.0, 1.0)
-TORQUE_ENDS = (3.0, 10.0)  # N m, green and red
+REACH_ENDS = (REACH_SCALE.red, REACH_SCALE.green)
+TORQUE_ENDS = (TORQUE_SCALE.green, TORQUE_SCALE.red)  # N m
 _MOST_NUMBERS = 8  # voxels along a side, up to which each shows its value
 _MOST_HATCHED = 1000  # voxels in a layer
 _MOST_LAYERS = 12

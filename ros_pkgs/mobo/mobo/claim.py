@@ -14,12 +14,13 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.duration import Duration
-from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.event_handler import QoSLivelinessChangedInfo, SubscriptionEventCallbacks
+from rclpy.executors import Executor
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import LivelinessPolicy, QoSProfile
 
-from mobo.runtime import Stop, qos
+from mobo.runtime import Stop, qos, subscribe
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import host_id
 from mobo_core.coordination.claim import Claim, Claimant, in_use
@@ -59,19 +60,19 @@ class NamespaceClaim:
             pid=os.getpid(),
         )
         self._claim = Claim(_claimant(self._message), time.monotonic(), lease_s=lease_s)
-        self._holder: Any = None
+        self._holder: Publisher | None = None
         self._dead = 0
         self._said = ""
         self._lease_s = lease_s
         self._claims = node.create_publisher(OptimizerStatus, "claims", qos(10))
         self._repeat = node.create_timer(_REPEAT_S, lambda: self._claims.publish(encode(self._message)))
-        node.create_subscription(OptimizerStatus, "claims", self._on_claim, qos(10), raw=True)
+        subscribe(node, OptimizerStatus, "claims", self._on_claim, qos(10))
         events = SubscriptionEventCallbacks(liveliness=self._on_liveliness)
         node.create_subscription(
             OptimizerStatus, "optimizers", self._on_holder, _holders_qos(), event_callbacks=events, raw=True
         )
 
-    def take(self, open_bag: Callable[[], StudyBag], executor: SingleThreadedExecutor, stop: Stop) -> StudyBag | None:
+    def take(self, open_bag: Callable[[], StudyBag], executor: Executor, stop: Stop) -> StudyBag | None:
         """Return the bag once both it and the namespace are this node's; None if it shall stop before that.
 
         Raises:
@@ -124,7 +125,7 @@ class NamespaceClaim:
             # Two networks that became one: the study that began later ends.
             raise in_use(other, self._where)
 
-    def _on_liveliness(self, event: Any) -> None:
+    def _on_liveliness(self, event: QoSLivelinessChangedInfo) -> None:
         self._dead = event.not_alive_count
 
 

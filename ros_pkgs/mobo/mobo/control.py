@@ -7,9 +7,9 @@ import getpass
 import os
 import socket
 import sys
-from typing import Any, NoReturn
+from typing import NoReturn
 
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Trigger
@@ -50,7 +50,7 @@ class _Parser(argparse.ArgumentParser):
         raise InputError(message, where="arguments", expected="what --help shows")
 
 
-def request(words: list[str]) -> tuple[str, Any, Any]:
+def request(words: list[str]) -> tuple[str, type, object]:
     """Return (service, its type, the request) that the words on the command line mean.
 
     Raises:
@@ -73,7 +73,7 @@ def request(words: list[str]) -> tuple[str, Any, Any]:
     )
 
 
-def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+def _body(node: Node, executor: Executor, stop: Stop) -> int:
     service, kind, message = request(remove_ros_args(sys.argv)[1:])
     client = node.create_client(kind, service)
     where = f"namespace {node.get_namespace()}"

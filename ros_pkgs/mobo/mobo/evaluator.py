@@ -13,7 +13,7 @@ from rclpy.node import Node
 
 from mobo.diagnostics import publish_health
 from mobo.parameters import declare
-from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, light_executor, run
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, light_executor, run, subscribe
 from mobo_core.coordination.answer import Answering, host_id
 from mobo_core.coordination.health import Health, evaluator_health
 from mobo_core.coordination.options import EvaluatorOptions
@@ -44,8 +44,8 @@ class _Evaluator:
         self._kinds = message_type("EvaluatorStatus")
         self._evaluations = node.create_publisher(Evaluation, "evaluations", MESSAGES_QOS)
         self._status = node.create_publisher(EvaluatorStatus, "evaluators", MESSAGES_QOS)
-        node.create_subscription(Candidate, "candidates", self._on_candidate, CANDIDATES_QOS, raw=True)
-        node.create_subscription(Trial, "trials", self._on_trial, MESSAGES_QOS, raw=True)
+        subscribe(node, Candidate, "candidates", self._on_candidate, CANDIDATES_QOS)
+        subscribe(node, Trial, "trials", self._on_trial, MESSAGES_QOS)
         node.create_timer(_HEARTBEAT_S, self.beat)
         publish_health(node, "workers", self._health)
 

@@ -7,13 +7,13 @@ import sys
 import time
 
 from rclpy.duration import Duration
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.node import Node
 
 from mobo.claim import NamespaceClaim
 from mobo.diagnostics import publish_health
 from mobo.parameters import declare
-from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run, subscribe
 from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core.bag.study_bag import StudyBag, check_bag
@@ -41,7 +41,7 @@ _TICK_S = 0.1
 _STATUS_S = 0.5
 
 
-def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, OptimizerOptions)
     settings, name, folder = options.settings(), options.study_name, options.folder
     prefix = node.get_namespace().rstrip("/") + "/"
@@ -84,13 +84,9 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
             if optimizer.best is not None:
                 best.show(*optimizer.best, settings.spec)
 
-        # Raw: the bag holds the bytes that came, and nothing is parsed before its size is known.
-        node.create_subscription(
-            EvaluatorStatus, "evaluators", lambda data: optimizer.on_evaluator(data, clock()), MESSAGES_QOS, raw=True
-        )
-        node.create_subscription(
-            Evaluation, "evaluations", lambda data: optimizer.on_evaluation(data, clock()), MESSAGES_QOS, raw=True
-        )
+        on_evaluator, on_evaluation = optimizer.on_evaluator, optimizer.on_evaluation
+        subscribe(node, EvaluatorStatus, "evaluators", lambda data: on_evaluator(data, clock()), MESSAGES_QOS)
+        subscribe(node, Evaluation, "evaluations", lambda data: on_evaluation(data, clock()), MESSAGES_QOS)
         node.create_timer(_TICK_S, lambda: optimizer.tick(clock()))
         node.create_timer(_STATUS_S, report)
         offer_services(node, optimizer, clock)

@@ -7,14 +7,14 @@ import time
 from typing import Any
 
 from rclpy.duration import Duration
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.node import Node
 
 from mobo.parameters import declare
 from mobo.runtime import Stop, qos, run
 from mobo.viewer import BestArm
 from mobo_core.bag.reader import entries
-from mobo_core.bag.record import read_study
+from mobo_core.bag.record import StudyRecord, read_study
 from mobo_core.coordination.options import ReplayOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.errors import InputError
@@ -37,7 +37,7 @@ _TYPES = {
 }
 
 
-def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, ReplayOptions)
     if not options.bag:
         raise InputError("no bag given", where="parameter bag", expected="-p bag:=FOLDER")
@@ -73,13 +73,13 @@ def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
     return 0
 
 
-def _pause(executor: SingleThreadedExecutor, stop: Stop, seconds: float) -> None:
+def _pause(executor: Executor, stop: Stop, seconds: float) -> None:
     until = time.monotonic() + seconds
     while not stop and (left := until - time.monotonic()) > 0:
         executor.spin_once(timeout_sec=min(left, 0.1))
 
 
-def _show_best(study: Any, trial: Any, best: BestArm, best_reach: float) -> float:
+def _show_best(study: StudyRecord, trial: Any, best: BestArm, best_reach: float) -> float:
     """Show the arm of a trial if it reaches more than all before; return the highest reach so far."""
     evaluation = study.accepted(int(trial.trial))
     candidate = study.candidate_of(int(trial.trial))

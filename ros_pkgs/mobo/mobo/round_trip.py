@@ -7,7 +7,7 @@ import statistics
 import sys
 import time
 
-from mobo.runtime import MESSAGES_QOS
+from mobo.runtime import MESSAGES_QOS, subscribe
 from mobo_core.messages import decode, encode, make
 from mobo_msgs.msg import EvaluatorStatus
 
@@ -24,14 +24,15 @@ def main() -> int:
     name = f"mobo_doctor_{os.getpid()}"
     here, there = rclpy.create_node(name), rclpy.create_node(f"{name}_echo")
     echo = there.create_publisher(EvaluatorStatus, f"{name}/back", MESSAGES_QOS)
-    there.create_subscription(EvaluatorStatus, f"{name}/out", echo.publish, MESSAGES_QOS, raw=True)
+    subscribe(there, EvaluatorStatus, f"{name}/out", echo.publish, MESSAGES_QOS)
     back: list[bytes] = []
-    here.create_subscription(EvaluatorStatus, f"{name}/back", back.append, MESSAGES_QOS, raw=True)
+    subscribe(here, EvaluatorStatus, f"{name}/back", back.append, MESSAGES_QOS)
     out = here.create_publisher(EvaluatorStatus, f"{name}/out", MESSAGES_QOS)
     executor = SingleThreadedExecutor()
     executor.add_node(here)
     executor.add_node(there)
-    until, times = time.monotonic() + _PATIENCE_S, []
+    until = time.monotonic() + _PATIENCE_S
+    times: list[float] = []
     while time.monotonic() < until and len(times) < _EXCHANGES:
         back.clear()
         sent = time.monotonic()

@@ -20,6 +20,7 @@ from rclpy.executors import Executor, SingleThreadedExecutor  # noqa: E402
 from rclpy.node import Node  # noqa: E402
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy  # noqa: E402
 from rclpy.signals import SignalHandlerOptions  # noqa: E402
+from rclpy.utilities import try_shutdown  # noqa: E402
 
 from mobo.shared_memory import clean_shared_memory  # noqa: E402
 from mobo_core.coordination.processes import die_with_parent  # noqa: E402
@@ -42,6 +43,11 @@ def qos(depth: int = 1000, *, latched: bool = False) -> QoSProfile:
 CANDIDATES_QOS = qos(64, latched=True)
 MESSAGES_QOS = qos()
 STATUS_QOS = qos(1, latched=True)
+
+
+def subscribe(node: Node, kind: type, topic: str, take: Callable[[bytes], None], profile: QoSProfile) -> None:
+    """Have ``take`` called with the CDR bytes of each message: nothing is parsed before its size is known."""
+    node.create_subscription(kind, topic, take, profile, raw=True)
 
 
 class Stop:
@@ -109,4 +115,4 @@ def run(
             executor.shutdown()
         if node is not None:
             node.destroy_node()
-        rclpy.try_shutdown()
+        try_shutdown()

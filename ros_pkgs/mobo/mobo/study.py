@@ -10,14 +10,15 @@ import sys
 import time
 from typing import Any
 
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor
 from rclpy.node import Node
 
 from mobo.parameters import declare
 from mobo.progress import StudyProgress
-from mobo.runtime import PARENT_VARIABLE, STATUS_QOS, Stop, run
+from mobo.runtime import PARENT_VARIABLE, STATUS_QOS, Stop, run, subscribe
 from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
 from mobo_core.coordination.parameters import help_text
+from mobo_core.coordination.supervision import Restarts
 from mobo_core.errors import InputError
 from mobo_core.messages import decode
 from mobo_core.settings import Settings
@@ -30,9 +31,6 @@ HELP = help_text(
     ["--ros-args -p study_name:=first -p n_trials:=300", "--ros-args -p n_joints:=7 -p evaluators:=1 -p workers:=8"],
 )
 
-# A child that keeps dying without any progress between its deaths will not come up.
-_MAX_DEATHS = 5
-_RESTART_S = 1.0
 _PATIENCE_S = 10.0
 
 
@@ -41,7 +39,6 @@ class _Child:
 
     def __init__(self, module: str, arguments: list[str], parting_signal: int) -> None:
         self._module, self._arguments, self._signal = module, arguments, parting_signal
-        self.deaths, self.died_at = 0, 0.0
         self.start()
 
     def start(self, more: list[str] | None = None) -> None:
@@ -74,7 +71,7 @@ def _arguments(node: Node, options: StudyOptions, of: type[Settings], *more: str
 class _Supervisor:
     def __init__(self, node: Node, options: StudyOptions) -> None:
         self._progress = StudyProgress(options.study_name, options.n_trials)
-        self._told_at_death = -1
+        self._restarts = Restarts()
         asked = _arguments(node, options, OptimizerOptions)
         self.optimizer = _Child("optimizer", asked, signal.SIGTERM)
         # It refuses bad parameters or a bag in use before there is anything to evaluate.
@@ -84,7 +81,7 @@ class _Supervisor:
             self.evaluators.append(_Child("evaluator", answered, signal.SIGKILL))
         self._study = options.study_name
         self.status: Any = None
-        node.create_subscription(StudyStatus, "study", self._on_status, STATUS_QOS, raw=True)
+        subscribe(node, StudyStatus, "study", self._on_status, STATUS_QOS)
 
     def _on_status(self, data: bytes) -> None:
         try:
@@ -97,38 +94,29 @@ class _Supervisor:
 
     def step(self) -> int | None:
         """Restart what died; return the exit code when the optimizer has ended for good."""
-        code = self.optimizer.process.poll()
+        now, code = time.monotonic(), self.optimizer.process.poll()
+        told = -1 if self.status is None else int(self.status.told)
         if code is not None:
             if code >= 0:
                 return code
-            if self._gave_up(self.optimizer):
+            if not self._restarts.died("optimizer", told, now):
                 self._progress.say("the optimizer keeps dying")
                 return 1
             self._progress.say(f"optimizer died of signal {-code}; resuming")
             self.optimizer.start(["-p", "resume:=true"])
-        now = time.monotonic()
-        for child in self.evaluators:
+        for number, child in enumerate(self.evaluators):
+            name = f"evaluator {number}"
             if child.process.poll() is None:
                 continue
-            if not child.died_at:
-                child.died_at = now
-                if self._gave_up(child):
+            if not self._restarts.is_dead(name):
+                if not self._restarts.died(name, told, now):
                     self._progress.say("an evaluator keeps dying")
                     return 1
                 self._progress.say(f"an evaluator ended with {child.process.returncode}; starting another")
-            elif now - child.died_at > _RESTART_S:
-                child.died_at = 0.0
+            elif self._restarts.is_due(name, now):
+                self._restarts.started(name)
                 child.start()
         return None
-
-    def _gave_up(self, child: _Child) -> bool:
-        told = -1 if self.status is None else int(self.status.told)
-        if told > self._told_at_death:
-            for other in [self.optimizer, *self.evaluators]:
-                other.deaths = 0
-        self._told_at_death = told
-        child.deaths += 1
-        return child.deaths > _MAX_DEATHS
 
     def close(self) -> None:
         """End the optimizer, which finishes its bag, then the evaluators; leave none behind."""
@@ -142,7 +130,7 @@ class _Supervisor:
         self._progress.close()
 
 
-def _body(node: Node, executor: SingleThreadedExecutor, stop: Stop) -> int:
+def _body(node: Node, executor: Executor, stop: Stop) -> int:
     supervisor = _Supervisor(node, declare(node, StudyOptions))
     code: int | None = None
     try:
