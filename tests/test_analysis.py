@@ -17,11 +17,13 @@ from studies import messages, mobo, run_study
 
 from mobo_core.bag.record import read_study
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.report.columns import table_columns
 from mobo_core.report.figures.drawing import has_dark_text, looks, picture, red_to_green
 from mobo_core.report.figures.voxel_maps import voxel_figure
 from mobo_core.report.prefixes import PAPER_COLOURS, groups, prefix_of, styles
-from mobo_core.report.table import REACH_FLOOR_SHARE, Row, StudyTable, running_hypervolume, study_table
-from mobo_core.report.table_files import table_columns, to_csv
+from mobo_core.report.row import Row
+from mobo_core.report.table import REACH_FLOOR_SHARE, StudyTable, running_hypervolume, study_table
+from mobo_core.report.table_files import to_csv
 from mobo_core.search.front import hypervolume
 
 REJECTED = {3, 17}

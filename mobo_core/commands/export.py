@@ -64,8 +64,9 @@ def _add_table(kinds: Verbs) -> None:
 
 def run_table(args: argparse.Namespace) -> int:
     """Write the table of a bag."""
+    from mobo_core.report.columns import table_columns
     from mobo_core.report.table import study_table
-    from mobo_core.report.table_files import check_table_path, table_columns, write_table
+    from mobo_core.report.table_files import check_table_path, write_table
 
     path = Path(args.output)
     check_table_path(path)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 
 from mobo_core.bag.record import StudyRecord
-from mobo_core.report.table import Row, StudyTable, rank
+from mobo_core.report.row import Row, rank
+from mobo_core.report.table import StudyTable
 
 
 def best_rows(study: StudyRecord, table: StudyTable, count: int) -> list[Row]:

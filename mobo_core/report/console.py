@@ -7,7 +7,8 @@ from rich.table import Table
 from rich.text import Text
 
 from mobo_core.report.prefixes import Group
-from mobo_core.report.table import Row, StudyTable
+from mobo_core.report.row import Row
+from mobo_core.report.table import StudyTable
 
 # A line below the headings, and one at the end of a section.
 _LINES = Box("    \n    \n ── \n    \n ── \n    \n    \n    \n")

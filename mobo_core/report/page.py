@@ -10,7 +10,8 @@ from mobo_core.bag.record import StudyRecord
 from mobo_core.report import markup
 from mobo_core.report.figures.render import Rendered
 from mobo_core.report.prefixes import PAPER_COLOURS, Group, found
-from mobo_core.report.table import Row, StudyTable
+from mobo_core.report.row import Row
+from mobo_core.report.table import StudyTable
 from mobo_core.search.front import hypervolume
 
 TABLES = ("front.csv", "trials.csv")

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mobo_core.report.table import Row, StudyTable, rank
+from mobo_core.report.row import Row, rank
+from mobo_core.report.table import StudyTable
 
 PREFIX_LENGTH = 4
 

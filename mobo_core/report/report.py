@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.outputs import make_folder, write_whole
+from mobo_core.report.columns import FRONT_COLUMNS, table_columns
 from mobo_core.report.figures.registry import FIGURES
 from mobo_core.report.figures.render import render
 from mobo_core.report.markup import GENERATOR
@@ -15,7 +16,7 @@ from mobo_core.report.names import file_name
 from mobo_core.report.page import index_page, study_page
 from mobo_core.report.prefixes import Group, groups
 from mobo_core.report.table import StudyTable, study_table
-from mobo_core.report.table_files import FRONT_COLUMNS, table_columns, to_csv
+from mobo_core.report.table_files import to_csv
 
 PAGE = "index.html"
 

@@ -6,61 +6,25 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.design.catalogue import known_arms
+from mobo_core.frames import data_frame
 from mobo_core.messages import message_type
+from mobo_core.report.columns import Columns, table_columns
+from mobo_core.report.row import Row, rank
 from mobo_core.search.front import hypervolume, pareto_front
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 # An arm that reaches nothing takes no torque, and no arm dominates it: the raw front always runs down to
 # zero reach. The part worth looking at begins at this share of the voxels.
 REACH_FLOOR_SHARE = 0.1
 
 
-@dataclass(frozen=True)
-class Row:
-    """One trial that was told.
-
-    Attributes:
-        trial: its number.
-        complete: whether it has values.
-        joints: joint order as built, such as ``YPPYPY``; "" if the bag lost its candidate.
-        sampled_joints: joint order as drawn.
-        lengths: m, one a joint.
-        reach: sum over the voxels of the share of poses reached; NaN if it failed.
-        torque: N m, sum over the voxels of the mean norm of the gravity torque; NaN if it failed.
-        on_front: whether no other trial reaches at least as much with at most as much torque.
-        above_floor: whether its reach is that of a useful arm, see :data:`REACH_FLOOR_SHARE`.
-        known_as: names of the known arms of this joint order.
-        attempt: which sending of it was answered.
-        evaluator: who answered.
-        seconds: s, wall time of the evaluation.
-        reason: why it failed, else "".
-    """
-
-    trial: int
-    complete: bool
-    joints: str
-    sampled_joints: str
-    lengths: tuple[float, ...]
-    reach: float
-    torque: float
-    on_front: bool
-    above_floor: bool
-    known_as: tuple[str, ...]
-    attempt: int
-    evaluator: str
-    seconds: float
-    reason: str
-
-    @property
-    def state(self) -> str:
-        """``COMPLETE`` or ``FAIL``."""
-        return "COMPLETE" if self.complete else "FAIL"
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StudyTable:
     """The trials of a study.
 
@@ -103,10 +67,24 @@ class StudyTable:
         """
         return [row for row in self.front if row.above_floor]
 
+    def __repr__(self) -> str:
+        best = f", best reach {self.front[0].reach:.2f} of {self.n_voxels}" if self.front else ""
+        return (
+            f"<StudyTable: {len(self.rows)} trials of {self.n_joints} joints, {len(self.failed)} failed, "
+            f"{len(self.front)} on the front{best}>"
+        )
 
-def rank(row: Row) -> tuple[float, float, int]:
-    """Return what rows are sorted by to have the highest reach first; of equals the least torque."""
-    return (-row.reach, row.torque, row.trial)
+    def to_dict(self) -> Columns:
+        """Return column -> values, a value a trial, as in ``trials.csv``; what a failed trial lacks is None."""
+        return table_columns(self.rows, self.n_joints)
+
+    def to_pandas(self) -> DataFrame:
+        """Return :meth:`to_dict` as a data frame, a row a trial.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        return data_frame(self.to_dict(), "trial")
 
 
 def study_table(study: StudyRecord) -> StudyTable:

@@ -5,56 +5,15 @@ from __future__ import annotations
 import csv
 import importlib
 import io
-import math
-from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from types import ModuleType
 
 from mobo_core.errors import InputError
 from mobo_core.outputs import write_whole
-from mobo_core.report.table import Row
-
-# Column -> what it holds. A length column stands for one column a joint.
-COLUMNS = {
-    "trial": "number of the trial, from 0",
-    "state": "COMPLETE or FAIL",
-    "joints": "joint order as built",
-    "sampled_joints": "joint order as drawn",
-    "reach": "sum over the voxels of the share of poses reached",
-    "torque": "N m, sum over the voxels of the mean norm of the gravity torque",
-    "on_front": "on the Pareto front of the study",
-    "above_floor": "reach of a tenth of the voxels or more",
-    "known_as": "known arms of this joint order",
-    "length": "m, length_1 to length_n",
-    "attempt": "which sending of the trial was answered",
-    "evaluator": "who answered",
-    "seconds": "s, wall time of the evaluation",
-    "reason": "why it failed",
-}
-FRONT_COLUMNS = ("trial", "joints", "sampled_joints", "reach", "torque", "above_floor", "known_as", "length")
+from mobo_core.report.columns import Columns
 
 
-def table_columns(rows: Iterable[Row], n_joints: int, names: Iterable[str] = COLUMNS) -> dict[str, list[Any]]:
-    """Return the columns of a table; what a failed trial has no value for is None."""
-    rows = list(rows)
-    columns: dict[str, list[Any]] = {}
-    for name in names:
-        if name == "length":
-            for i in range(n_joints):
-                columns[f"length_{i + 1}"] = [row.lengths[i] if i < len(row.lengths) else None for row in rows]
-        else:
-            columns[name] = [_value(row, name) for row in rows]
-    return columns
-
-
-def _value(row: Row, name: str) -> Any:
-    value = getattr(row, name)
-    if isinstance(value, tuple):
-        return "; ".join(value)
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def to_csv(columns: dict[str, list[Any]]) -> str:
+def to_csv(columns: Columns) -> str:
     """Return columns as CSV; floats with as many digits as reading them back exactly takes, True as 1."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -73,7 +32,7 @@ def check_table_path(path: Path) -> None:
         _pyarrow(str(path))
 
 
-def write_table(path: Path, columns: dict[str, list[Any]]) -> None:
+def write_table(path: Path, columns: Columns) -> None:
     """Write a table as its suffix says.
 
     Raises:
@@ -84,7 +43,7 @@ def write_table(path: Path, columns: dict[str, list[Any]]) -> None:
     write_whole(path, _parquet(columns, str(path)) if parquet else to_csv(columns))
 
 
-def _pyarrow(where: str) -> tuple[Any, Any]:
+def _pyarrow(where: str) -> tuple[ModuleType, ModuleType]:
     try:
         return importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
     except ImportError:
@@ -93,7 +52,7 @@ def _pyarrow(where: str) -> tuple[Any, Any]:
         ) from None
 
 
-def _parquet(columns: dict[str, list[Any]], where: str) -> bytes:
+def _parquet(columns: Columns, where: str) -> bytes:
     arrow, parquet = _pyarrow(where)
     types = {
         "trial": arrow.int64(),

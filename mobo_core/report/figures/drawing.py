@@ -6,7 +6,7 @@ import io
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import Literal
 
 import matplotlib
 import numpy as np
@@ -14,28 +14,6 @@ from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 
 INK, FAINT, PAPER = "#222222", "#767676", "#ffffff"
-_LOOKS: dict[Any, Any] = {
-    "font.family": "DejaVu Sans",
-    "font.size": 10,
-    "axes.titlesize": 11,
-    "axes.labelsize": 10.5,
-    "axes.labelcolor": INK,
-    "axes.edgecolor": "#888888",
-    "axes.linewidth": 0.8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.axisbelow": True,
-    "grid.color": "#e6e6e6",
-    "grid.linewidth": 0.8,
-    "legend.frameon": False,
-    "text.color": INK,
-    "xtick.color": "#555555",
-    "ytick.color": "#555555",
-    "svg.fonttype": "path",
-    "svg.hashsalt": "mobo",
-    "figure.facecolor": PAPER,
-    "savefig.facecolor": PAPER,
-}
 
 
 @contextmanager
@@ -44,8 +22,23 @@ def looks() -> Iterator[None]:
     with matplotlib.rc_context(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph .* missing")  # names in scripts that the font lacks
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(_LOOKS)
+        _set_looks()
         yield
+
+
+def _set_looks() -> None:
+    matplotlib.rc("font", family="DejaVu Sans", size=10)
+    matplotlib.rc("axes", titlesize=11, labelsize=10.5, labelcolor=INK, edgecolor="#888888", linewidth=0.8)
+    matplotlib.rc("axes", axisbelow=True)
+    matplotlib.rc("axes.spines", top=False, right=False)
+    matplotlib.rc("grid", color="#e6e6e6", linewidth=0.8)
+    matplotlib.rc("legend", frameon=False)
+    matplotlib.rc("text", color=INK)
+    matplotlib.rc("xtick", color="#555555")
+    matplotlib.rc("ytick", color="#555555")
+    matplotlib.rc("svg", fonttype="path", hashsalt="mobo")
+    matplotlib.rc("figure", facecolor=PAPER)
+    matplotlib.rc("savefig", facecolor=PAPER)
 
 
 def plain(text: str, longest: int = 90) -> str:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox
+from numpy.typing import NDArray
 
 from mobo_core.report.figures.drawing import INK
 
@@ -39,7 +40,7 @@ def place_labels(
         labels: what to write.
         points: x, y (data units) and how much it matters not to hide it.
     """
-    canvas: Any = FigureCanvasAgg(figure)  # its methods have no types
+    canvas = FigureCanvasAgg(figure)
     canvas.draw()
     scale = figure.dpi / 72
     frame = axes.get_window_extent()
@@ -79,7 +80,7 @@ def place_labels(
         taken.append(chosen)
 
 
-def _cost(box: Bbox, frame: Bbox, dots: np.ndarray[Any, np.dtype[np.float64]], taken: Sequence[Bbox]) -> float:
+def _cost(box: Bbox, frame: Bbox, dots: NDArray[np.float64], taken: Sequence[Bbox]) -> float:
     hidden = (dots[:, 0] > box.x0) & (dots[:, 0] < box.x1) & (dots[:, 1] > box.y0) & (dots[:, 1] < box.y1)
     outside = box.x0 < frame.x0 or box.x1 > frame.x1 or box.y0 < frame.y0 or box.y1 > frame.y1
     overlaps = sum(bool(box.overlaps(other)) for other in taken)

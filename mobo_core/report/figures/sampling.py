@@ -13,7 +13,8 @@ from mobo_core.report.figures.drawing import FAINT, INK, plain
 from mobo_core.report.figures.figure import Figure, Picture
 from mobo_core.report.figures.labels import Label, place_labels
 from mobo_core.report.prefixes import prefix_of, styles
-from mobo_core.report.table import Row, StudyTable, rank
+from mobo_core.report.row import Row, rank
+from mobo_core.report.table import StudyTable
 
 _OTHERS = "#cfcfcf"
 _BEHIND: dict[str, object] = {"boxstyle": "square,pad=0.1", "facecolor": "white", "edgecolor": "none", "alpha": 0.8}

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure as Canvas
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
+from numpy.typing import NDArray
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.design.joints import JOINTS
@@ -21,7 +24,8 @@ from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.figures.drawing import FAINT, INK, has_dark_text, plain, red_to_green
 from mobo_core.report.figures.figure import Figure, Picture
 from mobo_core.report.prefixes import found, groups
-from mobo_core.report.table import Row, StudyTable
+from mobo_core.report.row import Row
+from mobo_core.report.table import StudyTable
 
 # The ends of the paper's colour scales.
 REACH_ENDS = (REACH_SCALE.red, REACH_SCALE.green)
@@ -31,8 +35,6 @@ _MOST_HATCHED = 1000  # voxels in a layer
 _MOST_LAYERS = 12
 _OTHER_PREFIXES = 4  # drawn beside those that the paper names
 _JOINT_WIDTH = 17.0  # points, of a joint's letter in its circle
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def voxel_figure(row: Row, evaluation: Any, spec: EvaluationSpec, title: str) -> Canvas:
@@ -74,7 +76,7 @@ def voxel_figure(row: Row, evaluation: Any, spec: EvaluationSpec, title: str) ->
             line = 1 + 2 * (i // columns) + place
             axes = figure.add_subplot(grid[line, i % columns])
             of_map.append(axes)
-            mesh = _layer(axes, values[:, :, layer], spec, layer, mpl.colors.Normalize(*ends), colours, row, name)
+            mesh = _layer(axes, values[:, :, layer], spec, layer, Normalize(*ends), colours, row, name)
             axes.tick_params(labelleft=i % columns == 0, labelbottom=place == 1)
             if i % columns == 0:
                 axes.set_ylabel("y [m]")
@@ -100,8 +102,9 @@ def _middle(spec: EvaluationSpec, axis: int, i: int) -> float:
 
 
 def _layer(
-    axes: Axes, values: Array, spec: EvaluationSpec, layer: int, norm: Any, colours: Any, row: Row, name: str
-) -> Any:
+    axes: Axes, values: NDArray[np.float64], spec: EvaluationSpec, layer: int, norm: Normalize, colours: Colormap,
+    row: Row, name: str,
+) -> QuadMesh:  # fmt: skip
     """Draw one layer; ``values`` has the shape (nx, ny), NaN where no pose was reached."""
     nx, ny = values.shape
     low, high = spec.workspace_min, spec.workspace_max
@@ -160,7 +163,7 @@ def _arm(axes: Axes, row: Row, width: float) -> None:
             places.append((at, joint))
         at += length
     axes.plot([0, total], [0, 0], color="#555555", linewidth=3.2, solid_capstyle="round", zorder=1)
-    words: dict[str, Any] = {"textcoords": "offset points", "va": "center", "fontsize": 8, "color": "#555555"}
+    write = partial(axes.annotate, textcoords="offset points", va="center", fontsize=8, color="#555555")
     last, low = -math.inf, False
     for x, joints in places:
         first = min(x, total - step * (len(joints) - 1))
@@ -172,9 +175,9 @@ def _arm(axes: Axes, row: Row, width: float) -> None:
                 bbox={"boxstyle": "circle,pad=0.22", "facecolor": colour, "edgecolor": "white"},
             )  # fmt: skip
         low = x - last < 2 * step and not low
-        axes.annotate(f"{x:.3f}", (x, 0), xytext=(0, -28 if low else -17), ha="center", **words)
+        write(f"{x:.3f}", (x, 0), xytext=(0, -28 if low else -17), ha="center")
         last = x
-    axes.annotate(f"{total:.3f} m", (total, 0), xytext=(16, 0), ha="left", **words)
+    write(f"{total:.3f} m", (total, 0), xytext=(16, 0), ha="left")
     axes.set(xlim=(-0.04 * total, 1.13 * total), ylim=(-1.9, 1))
     axes.set_axis_off()
 
