@@ -1,0 +1,57 @@
+"""A study's table for Python users."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from pathlib import Path
+
+import pytest
+from studies import mobo
+
+from mobo_core.bag.record import read_study
+from mobo_core.errors import InputError
+from mobo_core.report.table import StudyTable, study_table
+
+SAMPLE = Path(__file__).parents[1] / "bags" / "sample" / "paper_6"
+
+
+@pytest.fixture(scope="module")
+def table() -> StudyTable:
+    return study_table(read_study(SAMPLE))
+
+
+def test_repr_says_what_it_is(table: StudyTable) -> None:
+    """In one short line, not a screenful of rows."""
+    assert repr(table) == "<StudyTable: 60 trials of 6 joints, 1 failed, 15 on the front, best reach 34.70 of 75>"
+    assert repr(StudyTable((), 7, 75)) == "<StudyTable: 0 trials of 7 joints, 0 failed, 0 on the front>"
+
+
+def test_to_dict_is_the_csv_as_plain_values(table: StudyTable, tmp_path: Path) -> None:
+    """Same columns in the same order, same values; fit for JSON."""
+    assert mobo("export", "table", SAMPLE, "-o", tmp_path / "t.csv") == 0
+    with (tmp_path / "t.csv").open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    columns = json.loads(json.dumps(table.to_dict()))
+    assert list(columns) == list(rows[0])
+    for name in ("reach", "torque", "length_1", "length_6"):
+        assert columns[name] == [float(row[name]) if row[name] else None for row in rows]
+    assert columns["joints"] == [row["joints"] for row in rows]
+
+
+def test_to_pandas_has_a_row_a_trial(table: StudyTable) -> None:
+    """Indexed by trial; what a failed trial lacks is missing."""
+    pandas = pytest.importorskip("pandas")
+    frame = table.to_pandas()
+    assert frame.index.name == "trial" and list(frame.index) == list(range(60))
+    assert frame["reach"].max() == max(row.reach for row in table.complete)
+    assert list(frame.index[pandas.isna(frame["reach"])]) == [row.trial for row in table.failed]
+    assert frame["on_front"].sum() == 15
+
+
+def test_without_pandas_it_says_what_to_install(table: StudyTable, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One line: what, where, what was expected."""
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(InputError, match="^to_pandas: needs pandas; expected pip install pandas, or to_dict$"):
+        table.to_pandas()
