@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import fcntl
 import hashlib
+import json
 import math
 import os
 import subprocess
@@ -19,12 +20,13 @@ from arms import HANDED_ARM, LENGTHS, arm, random_arm, small_spec
 from mobo_core.errors import InputError
 from mobo_core.evaluation import PRESETS, EvaluationSpec
 from mobo_core.evaluation import evaluate as evaluate_module
-from mobo_core.evaluation.audit import audit
-from mobo_core.evaluation.chain import Array, chain_from_urdf
+from mobo_core.evaluation.audit import Audit
+from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
 from mobo_core.evaluation.evaluate import Postures, Result, evaluate
 from mobo_core.evaluation.kernel import CACHE
 from mobo_core.evaluation.kernel.load import is_compiled
 from mobo_core.evaluation.reference import ReferenceModel
+from mobo_core.jit.numerics import STREAM_AUDIT, pick
 
 PAPER = EvaluationSpec()
 PRRYPY = arm("PRRYPY")
@@ -213,6 +215,34 @@ def test_seed_changes_the_poses() -> None:
     assert first.reach == pytest.approx(second.reach, abs=4)
 
 
+def test_result_in_other_forms() -> None:
+    """A result is one line, plain values that JSON takes, and a table of voxels with their centres."""
+    spec = small_spec()
+    result = evaluate(PRRYPY, spec, postures=True, objectives=("mass",))
+    assert repr(result) == (
+        f"<Result: reach {result.reach:.2f} of 12 voxels, torque {result.torque:.1f} N m, mass 3.424; "
+        "6 joints to 'tool'>"
+    )
+    values = json.loads(json.dumps(result.to_dict()))
+    assert values["reach"] == result.reach and values["voxel_torque"] == result.voxel_torque.tolist()
+    assert sum(values["failures"].values()) + 10 * values["reach"] == pytest.approx(120)
+    assert values["extra"] == result.extra and "extra" not in evaluate(PRRYPY, spec).to_dict()
+    table = result.to_pandas()
+    assert np.array_equal(table[["x", "y", "z"]], spec.voxel_centres())
+    assert table["reach"].sum() == pytest.approx(result.reach)
+    found = result.postures
+    assert found is not None and f"{len(found.voxel)} of 6 joints" in repr(found)
+    assert np.array_equal(found.to_pandas()[[f"q{i}" for i in range(1, 7)]], found.q)
+    assert json.loads(json.dumps(found.to_dict()))["pose"] == found.pose.tolist()
+
+
+def test_tables_need_pandas(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where pandas is not installed it says so in one line."""
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(InputError, match="pandas is not installed; expected pip install pandas"):
+        evaluate(PRRYPY, small_spec(poses_per_voxel=1)).to_pandas()
+
+
 def test_result_names_the_chain() -> None:
     """A result names joints and tip, and counts the shapes that were left out."""
     result = evaluate(HANDED_ARM, small_spec(poses_per_voxel=1), tip="tcp")
@@ -224,6 +254,12 @@ def test_result_names_the_chain() -> None:
     assert evaluate(box, small_spec(poses_per_voxel=1), tip="tcp").ignored_shapes == 1
     with pytest.raises(InputError, match="no link 'hook'"):
         evaluate(HANDED_ARM, small_spec(), tip="hook")
+
+
+def audit(chain: Chain, spec: EvaluationSpec, found: Postures, count: int, number: int) -> tuple[int, float, str]:
+    check = Audit(chain, spec, count, number)
+    check.add(found)
+    return check.result(spec.voxel_centres())
 
 
 class TestAudit:
@@ -255,6 +291,43 @@ class TestAudit:
         assert audit(self.chain, self.spec, few, 8, 0)[0] == 3
         none = Postures(found.voxel[:0], found.pose[:0], found.q[:0], found.torque[:0])
         assert audit(self.chain, self.spec, none, 8, 0) == (0, 0.0, "")
+
+    def test_number_of_poses_in_many_parts(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """In parts of any size as many are checked as in one: 8, or all there are."""
+        few = small_spec(poses_per_voxel=1, restarts=0)
+        reached = round(evaluate(PRRYPY, few).reach)
+        assert 0 < reached < 8
+        for chunk in (1, 20, 40):
+            monkeypatch.setattr(evaluate_module, "_CHUNK_POSES", chunk)
+            assert evaluate(PRRYPY, self.spec, audit_poses=8).audit_poses == 8
+            assert evaluate(PRRYPY, few, audit_poses=8).audit_poses == reached
+
+    def test_no_posture_is_favoured(self) -> None:
+        """Over many numbers each posture is chosen about as often, whichever part it comes in."""
+        found = self.postures()
+        m = 30
+        counts = np.zeros(m)
+        for number in range(1000):
+            check = Audit(self.chain, self.spec, 8, number)
+            for low, high in ((0, 4), (4, 20), (20, m)):
+                part = slice(low, high)
+                check.add(Postures(found.voxel[part], found.pose[part], found.q[part], found.torque[part]))
+            chosen = {(one.voxel, one.pose) for one in check._chosen}
+            assert len(chosen) == 8
+            counts += [(v, p) in chosen for v, p in zip(found.voxel[:m], found.pose[:m], strict=True)]
+        expected = 1000 * 8 / m
+        chi_squared = np.sum((counts - expected) ** 2) / (expected * (1 - 8 / m))
+        assert chi_squared < 62  # one in 3,000 for 29 degrees of freedom; the draw is fixed
+
+    def test_one_part_is_chosen_from_as_ever(self) -> None:
+        """Where all postures come at once, the ones checked are the first 8 different draws among them."""
+        found = self.postures()
+        for number in range(20):
+            check = Audit(self.chain, self.spec, 8, number)
+            check.add(found)
+            draws = [pick(self.spec.seed, STREAM_AUDIT, number, k, len(found.voxel)) for k in range(30)]
+            first = list(dict.fromkeys(draws))[:8]
+            assert [(one.voxel, one.pose) for one in check._chosen] == [(found.voxel[i], found.pose[i]) for i in first]
 
     def test_other_trials_check_other_poses(self) -> None:
         """The poses depend on the number given: over many numbers each posture is checked at some time."""
@@ -330,7 +403,7 @@ class TestAudit:
         result = evaluate(PRRYPY, self.spec, audit_poses=9)
         assert (result.audit_poses, result.audit_fault) == (9, "")
         assert result.audit_max_error < 1e-9
-        monkeypatch.setattr(evaluate_module, "audit", lambda *_: (3, 0.5, "audit: wrong"))
+        monkeypatch.setattr(Audit, "result", lambda *_: (9, 0.5, "audit: wrong"))
         result = evaluate(PRRYPY, self.spec, audit_poses=9)
         assert (result.audit_poses, result.audit_max_error, result.audit_fault) == (9, 0.5, "audit: wrong")
 

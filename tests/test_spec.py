@@ -93,6 +93,7 @@ def test_voxel_index(shape: tuple[int, int, int], size: float, corner: tuple[int
         ({"workspace_min": (-1e308,) * 3, "workspace_max": (1e308,) * 3}, ("at most 1000000 voxels",)),
         ({"voxel_size": 0.01, "poses_per_voxel": 100}, ("at most 50000000 poses", "60000000")),
         ({"voxel_size": 0.15}, ("whole numbers of voxels of 0.15 m",)),
+        ({"workspace_max": (1001.5, 0.5, 0.5), "workspace_min": (999.5, -0.5, -0.1)}, ("within 1 km",)),
         ({"workspace_min": (1e9, 0, 0), "workspace_max": (1e9 + 1, 1, 1)}, ("within 1 km",)),
         ({"voxel_size": 0}, ("voxel_size = 0", "greater than 0")),
         ({"voxel_size": -0.2}, ("voxel_size = -0.2", "greater than 0")),

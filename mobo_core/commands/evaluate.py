@@ -55,26 +55,10 @@ def run(args: argparse.Namespace) -> int:
             )
         except InputError as error:
             raise error.at(where) from None
-    values = {
-        "reach": result.reach,
-        "torque": result.torque,
-        "voxel_reach": result.voxel_reach.tolist(),
-        "voxel_torque": result.voxel_torque.tolist(),
-        "failures": {
-            "out_of_range": int(result.out_of_range.sum()),
-            "not_converged": int(result.not_converged.sum()),
-            "in_collision": int(result.in_collision.sum()),
-        },
-        "attempts": result.attempts,
-        "iterations": result.iterations,
-        "seconds": result.seconds,
-        "tip": result.tip,
-        "joints": list(result.joints),
-    }
     if args.json:
-        print(json.dumps(values))
+        print(json.dumps(result.to_dict()))
         return 0
-    failures = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in values["failures"].items())
+    failures = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in result.failures().items())
     n = spec.n_voxels * spec.poses_per_voxel
     print(f"reach   {result.reach:.2f} of {spec.n_voxels} voxels ({result.reach / spec.n_voxels:.1%} of {n} poses)")
     print(f"torque  {result.torque:.1f} N m, summed over the voxels' means")

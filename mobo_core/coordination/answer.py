@@ -132,7 +132,7 @@ def simulated(urdf: str, spec: EvaluationSpec, seconds: float) -> Result:
     n = spec.n_voxels
     none = np.zeros(n, np.int64)
     return Result(
-        reach=share * n, torque=10.0 * torque * n,
+        spec=spec, reach=share * n, torque=10.0 * torque * n,
         voxel_reach=np.full(n, share), voxel_torque=np.full(n, 10.0 * torque), voxel_torque_sd=np.zeros(n),
         out_of_range=none, not_converged=none, in_collision=none, attempts=0, iterations=0, seconds=seconds,
         joints=(), tip="",

@@ -3,66 +3,97 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
-from mobo_core.evaluation.chain import Chain
+from mobo_core.evaluation.chain import Array, Chain
+from mobo_core.evaluation.result import Postures
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.jit.numerics import STREAM_AUDIT, pick, target_rotation
-
-if TYPE_CHECKING:
-    from mobo_core.evaluation.result import Postures
 
 TORQUE_TOLERANCE = 1e-9  # N m
 _SLACK = 1e-9  # m, rad: rounding at the edge of a tolerance
 
 
-def audit(
-    chain: Chain, spec: EvaluationSpec, postures: Postures, count: int, number: int
-) -> tuple[int, float, str]:
-    """Check ``count`` of the accepted postures, chosen by ``number``, against the libraries.
+class _Accepted(NamedTuple):
+    voxel: int
+    pose: int
+    q: Array
+    torque: float
+
+    @classmethod
+    def of(cls, found: Postures, i: int) -> _Accepted:
+        # A copy, which does not keep the whole part's array.
+        return cls(int(found.voxel[i]), int(found.pose[i]), found.q[i].copy(), float(found.torque[i]))
+
+
+
+
+class Audit:
+    """A check of ``count`` of an arm's accepted postures, chosen by ``number``; they come in parts.
 
     Each must bring the tip to its target within the spec's tolerances by Pinocchio's kinematics, lie
     within the joint limits, be free of collision by Coal, and need the torque that was reported by Pinocchio's.
-
-    Returns:
-        The number of poses checked; the largest fault among them, which is rounding if all is well (torque
-        in N m, what exceeds a tolerance or limit in m or rad, overlap of links in m); and a sentence on the
-        first pose that fails, or "".
     """
-    from mobo_core.evaluation.reference import ReferenceModel
 
-    m = len(postures.voxel)
-    if not m:
-        return 0, 0.0, ""
-    chosen: set[int] = set()
-    k = 0
-    while len(chosen) < min(count, m):
-        chosen.add(int(pick(spec.seed, STREAM_AUDIT, number, k, m)))
-        k += 1
-    model = ReferenceModel(chain)
-    centres, target_r = spec.voxel_centres(), np.empty((3, 3))
-    worst, fault = 0.0, ""
-    for i in sorted(chosen):
-        voxel, pose, q = int(postures.voxel[i]), int(postures.pose[i]), postures.q[i]
-        target_rotation(spec.seed, voxel, pose, target_r)
-        tip = model.tip(q)
-        position = float(np.linalg.norm(tip.translation - centres[voxel]))
-        angle = float(np.linalg.norm(pin.log3(tip.rotation.T @ target_r)))
-        torque = abs(float(np.linalg.norm(model.torque(q))) - float(postures.torque[i]))
-        clearance = model.clearance(q) if spec.self_collision else math.inf
-        beyond = float(max(np.max(chain.lower - q), np.max(q - chain.upper)))
-        faults = [
-            (position - spec.position_tolerance, _SLACK, "tip {:.3g} m outside its tolerance"),
-            (angle - spec.rotation_tolerance, _SLACK, "tip turned {:.3g} rad outside its tolerance"),
-            (torque, TORQUE_TOLERANCE, "torque off by {:.3g} N m"),
-            (-clearance, _SLACK, "links overlap by {:.3g} m"),
-            (beyond, 0.0, "a joint {:.3g} rad beyond its limit"),
+    def __init__(self, chain: Chain, spec: EvaluationSpec, count: int, number: int) -> None:
+        self._chain, self._spec = chain, spec
+        self._count, self._number = count, number
+        self._seen = 0
+        self._chosen: list[_Accepted] = []  # in the order drawn
+
+    def add(self, found: Postures) -> None:
+        """Take the next postures, and choose anew among all so far.
+
+        Places are drawn among all; one before this part's stands for the next of those chosen earlier. So each
+        posture is as likely as any other, and those of a single part are drawn at once.
+        """
+        total = self._seen + len(found.voxel)
+        places: dict[int, None] = {}
+        k = 0
+        while len(places) < min(self._count, total):
+            places[int(pick(self._spec.seed, STREAM_AUDIT, self._number, k, total))] = None
+            k += 1
+        earlier = iter(self._chosen)
+        self._chosen = [
+            next(earlier) if place < self._seen else _Accepted.of(found, place - self._seen) for place in places
         ]
-        for excess, allowed, text in faults:
-            worst = max(worst, excess)
-            if not excess <= allowed and not fault:
-                fault = f"audit: voxel {voxel}, pose {pose}: {text.format(excess)}"
-    return len(chosen), worst, fault
+        self._seen = total
+
+    def result(self, centres: Array) -> tuple[int, float, str]:
+        """Check the postures chosen. ``centres`` (voxels, 3) are the spec's, in m.
+
+        Returns:
+            The number of poses checked; the largest fault among them, which is rounding if all is well (torque
+            in N m, what exceeds a tolerance or limit in m or rad, overlap of links in m); and a sentence on the
+            first pose that fails, or "".
+        """
+        from mobo_core.evaluation.reference import ReferenceModel
+
+        if not self._chosen:
+            return 0, 0.0, ""
+        chain, spec, model = self._chain, self._spec, ReferenceModel(self._chain)
+        target_r = np.empty((3, 3))
+        worst, fault = 0.0, ""
+        for voxel, pose, q, reported in sorted(self._chosen, key=lambda one: (one.voxel, one.pose)):
+            target_rotation(spec.seed, voxel, pose, target_r)
+            tip = model.tip(q)
+            position = float(np.linalg.norm(tip.translation - centres[voxel]))
+            angle = float(np.linalg.norm(pin.log3(tip.rotation.T @ target_r)))
+            torque = abs(float(np.linalg.norm(model.torque(q))) - reported)
+            clearance = model.clearance(q) if spec.self_collision else math.inf
+            beyond = float(max(np.max(chain.lower - q), np.max(q - chain.upper)))
+            faults = [
+                (position - spec.position_tolerance, _SLACK, "tip {:.3g} m outside its tolerance"),
+                (angle - spec.rotation_tolerance, _SLACK, "tip turned {:.3g} rad outside its tolerance"),
+                (torque, TORQUE_TOLERANCE, "torque off by {:.3g} N m"),
+                (-clearance, _SLACK, "links overlap by {:.3g} m"),
+                (beyond, 0.0, "a joint {:.3g} rad beyond its limit"),
+            ]
+            for excess, allowed, text in faults:
+                worst = max(worst, excess)
+                if not excess <= allowed and not fault:
+                    fault = f"audit: voxel {voxel}, pose {pose}: {text.format(excess)}"
+        return len(self._chosen), worst, fault

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +52,7 @@ class Batch:
 
     def by_voxel(self, values: NDArray[np.float64]) -> Iterator[list[float]]:
         """Yield the part of ``values`` (m,) that belongs to each voxel in turn, of those that have any."""
-        first = np.flatnonzero(np.diff(self.voxel, prepend=-1))
         numbers = values.tolist()
-        for low, high in zip(first, [*first[1:], len(numbers)], strict=True):
+        first = np.flatnonzero(np.diff(self.voxel, prepend=-1))
+        for low, high in pairwise([*first, len(numbers)]):
             yield numbers[low:high]

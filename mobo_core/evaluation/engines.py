@@ -167,7 +167,7 @@ def kernel_call(
     return compute, time.perf_counter() - began
 
 
-def reference_call(chain: Chain, spec: EvaluationSpec) -> Compute:
+def reference_call(chain: Chain, spec: EvaluationSpec, centres: Array) -> Compute:
     """Return the function that evaluates a range of voxels by the reference engine.
 
     Raises:
@@ -177,7 +177,7 @@ def reference_call(chain: Chain, spec: EvaluationSpec) -> Compute:
 
     if spec.ik_mode != "paper":
         raise UnableError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
-    centres, question = spec.voxel_centres(), _question(spec)
+    question = _question(spec)
 
     def compute(first: int, last: int, out: Outputs) -> None:
         arguments = (*question, *out.part(0, last - first))

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from mobo_core.evaluation.audit import audit
-from mobo_core.evaluation.chain import Array, chain_from_urdf
+from mobo_core.errors import UnableError
+from mobo_core.evaluation.audit import Audit
+from mobo_core.evaluation.batch import Batch
+from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
 from mobo_core.evaluation.engines import DRAWN, Outputs, kernel_call, reference_call
+from mobo_core.evaluation.objectives import OBJECTIVES, Accumulator
 from mobo_core.evaluation.result import Engine, Postures, Result
 from mobo_core.evaluation.spec import EvaluationSpec
 
@@ -25,6 +28,7 @@ def evaluate(
     tip: str = "",
     engine: Engine = "kernel",
     threads: int = 1,
+    objectives: Sequence[str] = (),
     audit_poses: int = 0,
     audit_number: int = 0,
     postures: bool = False,
@@ -40,24 +44,30 @@ def evaluate(
         tip: link that has to reach; by default the only leaf.
         engine: ``kernel``, or ``reference`` (Pinocchio and Coal, one pose at a time, one thread).
         threads: threads of the kernel.
+        objectives: names of the objectives wanted in ``Result.extra``; reach and torque are always there.
         audit_poses: number of accepted poses to check again.
         audit_number: chooses them; the trial's number, so that trials differ.
         postures: whether to return the accepted postures.
         progress: called with (voxels done, voxels in all).
 
     Raises:
-        InputError: the URDF or the tip is not fit (see :func:`mobo_core.evaluation.chain.chain_from_urdf`).
+        InputError: the URDF or the tip is not fit (see :func:`mobo_core.evaluation.chain.chain_from_urdf`), or
+            an objective is unknown.
+        UnableError: the engine cannot answer, or an objective's value is not a finite number.
     """
     chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
+    values = _begun(objectives, chain, spec)
+    centres = spec.voxel_centres()
     if engine == "kernel":
-        compute, seconds = kernel_call(chain, spec, threads, spec.voxel_centres(), DRAWN)
+        compute, seconds = kernel_call(chain, spec, threads, centres, DRAWN)
     else:
-        compute, seconds = reference_call(chain, spec), 0.0
+        compute, seconds = reference_call(chain, spec, centres), 0.0
     n_voxels, poses = spec.n_voxels, spec.poses_per_voxel
     counts = np.zeros((n_voxels, 4), np.int64)
     mean, deviation = np.zeros(n_voxels), np.zeros(n_voxels)
     kept: list[Postures] = []
-    checked, worst, fault = 0, 0.0, ""
+    audit = Audit(chain, spec, audit_poses, audit_number)
+    gravity = np.array(spec.gravity)
     effort = np.zeros(2, np.int64)
     for first, last in _chunks(n_voxels, poses):
         began = time.perf_counter()
@@ -69,18 +79,20 @@ def evaluate(
             outcome = out.outcome[voxel - first]
             counts[voxel] = [np.count_nonzero(outcome == reason) for reason in range(4)]
             mean[voxel], deviation[voxel] = _mean_and_deviation(out.torque[voxel - first][outcome == 0])
-        if postures or audit_poses:
+        if postures or audit_poses or values:
             found = _accepted(out, first)
             if postures:
                 kept.append(found)
-            if audit_poses:
-                share = max(1, round(audit_poses * (last - first) / n_voxels))
-                poses_checked, error, message = audit(chain, spec, found, share, audit_number)
-                checked, worst, fault = checked + poses_checked, max(worst, error), fault or message
+            audit.add(found)
+            batch = Batch(chain, gravity, found.voxel, found.pose, found.q, found.torque)
+            for value in values.values():
+                value.add(batch)
         if progress:
             progress(last, n_voxels)
     voxel_reach = counts[:, 0] / poses
+    checked, worst, fault = audit.result(centres)
     return Result(
+        spec=spec,
         reach=math.fsum(voxel_reach),
         torque=math.fsum(mean),
         voxel_reach=voxel_reach,
@@ -98,8 +110,21 @@ def evaluate(
         audit_max_error=worst,
         audit_fault=fault,
         ignored_shapes=chain.ignored_shapes,
+        extra={name: _finite(name, value) for name, value in values.items()},
         postures=_joined(kept, chain.n) if postures else None,
     )
+
+
+def _begun(objectives: Sequence[str], chain: Chain, spec: EvaluationSpec) -> dict[str, Accumulator]:
+    asked = {name: OBJECTIVES.of(name).begin for name in objectives}
+    return {name: begin(chain, spec) for name, begin in asked.items() if begin is not None}
+
+
+def _finite(name: str, accumulator: Accumulator) -> float:
+    value = float(accumulator.value())
+    if not math.isfinite(value):
+        raise UnableError(f"{value}", where=f"objective {name!r}", expected="a finite number")
+    return value
 
 
 def _accepted(out: Outputs, first_voxel: int) -> Postures:

@@ -5,13 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mobo_core.errors import InputError
+from mobo_core.evaluation.spec import EvaluationSpec
+
 if TYPE_CHECKING:
-    from mobo_core.evaluation.chain import Array
+    from pandas import DataFrame
 
 Engine = Literal["kernel", "reference"]
 
 
-@dataclass(frozen=True)
+def _frame(columns: dict[str, object]) -> DataFrame:
+    try:
+        from pandas import DataFrame
+    except ImportError:
+        raise InputError("pandas is not installed", where="to_pandas()", expected="pip install pandas") from None
+    return DataFrame(columns)
+
+
+@dataclass(frozen=True, repr=False)
 class Postures:
     """Accepted postures.
 
@@ -21,17 +35,35 @@ class Postures:
         torque: (m,) N m, norm of the gravity torque.
     """
 
-    voxel: Array
-    pose: Array
-    q: Array
-    torque: Array
+    voxel: NDArray[np.int64]
+    pose: NDArray[np.int64]
+    q: NDArray[np.float64]
+    torque: NDArray[np.float64]
+
+    def __repr__(self) -> str:
+        """Return how many there are, in one line."""
+        return f"<{type(self).__name__}: {len(self.voxel)} of {self.q.shape[1]} joints>"
+
+    def to_dict(self) -> dict[str, object]:
+        """Return all arrays as lists."""
+        return {name: array.tolist() for name, array in vars(self).items()}
+
+    def to_pandas(self) -> DataFrame:
+        """Return a table with one row for each: voxel, pose, torque in N m, q1 to qn in rad.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        joints = {f"q{i + 1}": column for i, column in enumerate(self.q.T)}
+        return _frame({"voxel": self.voxel, "pose": self.pose, "torque": self.torque, **joints})
 
 
-@dataclass
+@dataclass(repr=False)
 class Result:
     """What an arm is worth. Arrays have one entry a voxel.
 
     Attributes:
+        spec: what was asked.
         reach: sum of voxel_reach, at most the number of voxels.
         torque: N m, sum of voxel_torque.
         voxel_reach: share of the poses reached, 0 to 1.
@@ -45,17 +77,19 @@ class Result:
             error found among them (m, rad or N m).
         audit_fault: what failed, if a check did.
         ignored_shapes: collision shapes that were neither cylinder nor sphere.
+        extra: values of the objectives asked for beyond reach and torque, by name.
         postures: the accepted postures, if asked for.
     """
 
+    spec: EvaluationSpec
     reach: float
     torque: float
-    voxel_reach: Array
-    voxel_torque: Array
-    voxel_torque_sd: Array
-    out_of_range: Array
-    not_converged: Array
-    in_collision: Array
+    voxel_reach: NDArray[np.float64]
+    voxel_torque: NDArray[np.float64]
+    voxel_torque_sd: NDArray[np.float64]
+    out_of_range: NDArray[np.int64]
+    not_converged: NDArray[np.int64]
+    in_collision: NDArray[np.int64]
     attempts: int
     iterations: int
     seconds: float
@@ -65,4 +99,43 @@ class Result:
     audit_max_error: float = 0.0
     audit_fault: str = ""
     ignored_shapes: int = 0
-    postures: Postures | None = field(default=None, repr=False)
+    extra: dict[str, float] = field(default_factory=dict)
+    postures: Postures | None = None
+
+    def __repr__(self) -> str:
+        """Return scores and chain in one line."""
+        extra = "".join(f", {name} {value:.4g}" for name, value in self.extra.items())
+        return (
+            f"<Result: reach {self.reach:.2f} of {len(self.voxel_reach)} voxels, torque {self.torque:.1f} N m{extra}; "
+            f"{len(self.joints)} joints to {self.tip!r}>"
+        )
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the scores as plain values, as ``mobo evaluate --json`` prints them."""
+        values: dict[str, object] = {
+            "reach": self.reach,
+            "torque": self.torque,
+            "voxel_reach": self.voxel_reach.tolist(),
+            "voxel_torque": self.voxel_torque.tolist(),
+            "failures": self.failures(),
+            "attempts": self.attempts,
+            "iterations": self.iterations,
+            "seconds": self.seconds,
+            "tip": self.tip,
+            "joints": list(self.joints),
+        }
+        return values | ({"extra": dict(self.extra)} if self.extra else {})
+
+    def failures(self) -> dict[str, int]:
+        """Return how many poses failed in all, by reason."""
+        return {name: int(getattr(self, name).sum()) for name in ("out_of_range", "not_converged", "in_collision")}
+
+    def to_pandas(self) -> DataFrame:
+        """Return a table with one row a voxel: x, y, z of its centre in m, then what the arrays hold.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        names = ("voxel_reach", "voxel_torque", "voxel_torque_sd", "out_of_range", "not_converged", "in_collision")
+        centres = dict(zip("xyz", self.spec.voxel_centres().T, strict=True))
+        return _frame({**centres, **{name.removeprefix("voxel_"): getattr(self, name) for name in names}})

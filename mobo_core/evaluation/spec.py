@@ -50,8 +50,8 @@ class EvaluationSpec(Settings):
             raise ValueError(f"at most {MAX_VOXELS} voxels, not {math.prod(shape)}")
         if math.prod(shape) * self.poses_per_voxel > MAX_POSES:
             raise ValueError(f"at most {MAX_POSES} poses, not {math.prod(shape) * self.poses_per_voxel}")
-        for low, size, n in zip(self.workspace_min, self._sizes(), shape, strict=True):
-            if abs(n * self.voxel_size - size) > 1e-6 * self.voxel_size or abs(low) > 1e3:
+        for low, high, n in zip(self.workspace_min, self.workspace_max, shape, strict=True):
+            if abs(n * self.voxel_size - (high - low)) > 1e-6 * self.voxel_size or max(abs(low), abs(high)) > 1e3:
                 raise ValueError(f"sides that are whole numbers of voxels of {self.voxel_size:g} m, within 1 km")
         return self
 
