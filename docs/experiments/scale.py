@@ -9,6 +9,7 @@ Work is simulated, 1 s a candidate. Sizes are those of the paper's 6-joint arms 
 
 from __future__ import annotations
 
+import argparse
 import os
 import subprocess
 import sys
@@ -147,13 +148,13 @@ def broadcast(readers: int, count: int = 200, size: int = 8475) -> dict[str, flo
 
 def main() -> None:
     """Measure and print."""
-    words = sys.argv[1:]
-    if words[:1] == ["--broadcast"]:
-        rows = [broadcast(int(word)) for word in words[1:]]
-    elif lacking():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("counts", type=int, nargs="+", metavar="N", help="evaluators, or readers")
+    parser.add_argument("--broadcast", action="store_true", help="what publishing costs instead, on this host alone")
+    args = parser.parse_args()
+    if not args.broadcast and lacking():
         sys.exit(lacking())
-    else:
-        rows = [measure(int(word)) for word in words]
+    rows = [(broadcast if args.broadcast else measure)(count) for count in args.counts]
     for name in rows[0]:
         print(f"{name:34}", *(f"{row[name]:12.4g}" for row in rows))
 
