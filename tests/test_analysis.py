@@ -24,7 +24,7 @@ from mobo_core.report.prefixes import PAPER_COLOURS, groups, prefix_of, styles
 from mobo_core.report.row import Row
 from mobo_core.report.table import REACH_FLOOR_SHARE, StudyTable, running_hypervolume, study_table
 from mobo_core.report.table_files import to_csv
-from mobo_core.search.front import hypervolume
+from mobo_core.search.front import aims_of, hypervolume
 
 REJECTED = {3, 17}
 N = 60
@@ -101,8 +101,8 @@ def test_running_hypervolume_rises_to_that_of_all_trials(bag: Path) -> None:
     counts, volumes = running_hypervolume(table, steps=20)
     assert len(counts) == 20 and counts[-1] == N
     assert all(a <= b for a, b in zip(volumes, volumes[1:], strict=False))
-    reach, torque = [r.reach for r in table.complete], [r.torque for r in table.complete]
-    assert volumes[-1] == hypervolume(reach, torque, 75)
+    arms = [(r.reach, r.torque) for r in table.complete]
+    assert volumes[-1] == hypervolume(arms, aims_of(("reach", "torque"), EvaluationSpec()))
 
 
 def test_best_of_a_prefix_is_its_highest_reach_and_the_papers_come_first() -> None:

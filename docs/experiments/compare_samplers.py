@@ -19,10 +19,11 @@ from surrogate_data import FOLDER, SPEC, XACRO
 
 from mobo_core.design import Design
 from mobo_core.evaluation.evaluate import evaluate
-from mobo_core.search.front import hypervolume, pareto_front
+from mobo_core.search.front import aims_of, hypervolume, pareto_front
 
 SUMMARY = Path(__file__).with_suffix(".json")
 IN_FLIGHT = "mobo tpe, in_flight "
+AIMS = aims_of(("reach", "torque"), SPEC)
 CHECKPOINTS = (200, 500, 1000, 3000, 10000)
 
 
@@ -43,10 +44,11 @@ def run(method: str, seed: int, n_trials: int, value: Value, file: Path) -> dict
         torque.append(values[1])
         done = len(reach)
         if done in CHECKPOINTS or done == n_trials:
-            result["hypervolume"][str(done)] = hypervolume(reach, torque, SPEC.n_voxels)
+            result["hypervolume"][str(done)] = hypervolume(list(zip(reach, torque, strict=True)), AIMS)
             result["ms_a_trial"] = 1e3 * (time.process_time() - began) / done
             result["front"] = [
-                [arms[i].sampled_joints, arms[i].lengths, reach[i], torque[i]] for i in pareto_front(reach, torque)
+                [arms[i].sampled_joints, arms[i].lengths, reach[i], torque[i]]
+                for i in pareto_front(list(zip(reach, torque, strict=True)), AIMS)
             ]
             part.write_text(json.dumps(result))
     part.rename(file)
@@ -108,7 +110,7 @@ def check(args: argparse.Namespace) -> None:
             predicted = np.array([row[2:] for row in result["front"]])
             real = np.array([real_value(Design(row[0], tuple(row[1]))) for row in result["front"]])
             errors.append(predicted - real)
-            volumes.append([hypervolume(*values.T.tolist(), SPEC.n_voxels) for values in (predicted, real)])
+            volumes.append([hypervolume(values.tolist(), AIMS) for values in (predicted, real)])
         error, volume = np.concatenate(errors), np.mean(volumes, axis=0)
         mean, mae = error.mean(axis=0), np.abs(error).mean(axis=0)
         print(f"| {method} | {len(error)} | {mean[0]:+.2f} | {mae[0]:.2f} | {mean[1]:+.1f} | {mae[1]:.1f} | "

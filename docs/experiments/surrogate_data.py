@@ -19,7 +19,7 @@ from mobo_core.design import Design, DesignSpace
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.evaluation import load_spec
 from mobo_core.evaluation.evaluate import evaluate
-from mobo_core.search.front import pareto_front
+from mobo_core.search.front import aims_of, pareto_front
 
 FOLDER = Path("bags/surrogate")
 SPACE, SPEC = DesignSpace(), load_spec("paper")
@@ -99,8 +99,9 @@ def _parents(past: dict[str, Array]) -> tuple[list[int], dict[str, list[int]]]:
 
 def _peel(members: list[int], past: dict[str, Array], most: int = 10**9, fronts: int = 10**9) -> Iterator[int]:
     """Yield arms front by front."""
+    values, aims = np.stack([past["reach"], past["torque"]], axis=1), aims_of(("reach", "torque"), SPEC)
     while members and most > 0 and fronts > 0:
-        front = [members[i] for i in pareto_front(past["reach"][members], past["torque"][members])]
+        front = [members[i] for i in pareto_front(values[members].tolist(), aims)]
         yield from front[:most]
         most, fronts = most - len(front), fronts - 1
         gone = set(front)

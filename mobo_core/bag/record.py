@@ -43,6 +43,7 @@ def study_record(name: str, settings: StudySettings) -> dict[str, str]:
         "study": name,
         "space": settings.space.to_json(),
         "spec": settings.spec.to_json(),
+        "objectives": ",".join(settings.objectives),
         **{key: str(values[key]) for key in _PLAIN},
         "versions": json.dumps(versions(), sort_keys=True),
         "schema_version": str(SCHEMA_VERSION),
@@ -66,6 +67,7 @@ def settings_of(record: dict[str, str], where: str) -> StudySettings:
             {
                 "space": DesignSpace.of(json.loads(record["space"]), where=f"{where}: space"),
                 "spec": EvaluationSpec.of(json.loads(record["spec"]), where=f"{where}: spec"),
+                "objectives": record.get("objectives", "reach,torque"),  # which older bags do not say
                 **{key: record[key] for key in _PLAIN},
             },
             where=where,

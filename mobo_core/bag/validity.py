@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -31,3 +32,11 @@ def evaluation_fault(evaluation: Any, n_voxels: int) -> str:
 def is_good(evaluation: Any, n_voxels: int) -> bool:
     """Return whether an Evaluation carries values that may be told."""
     return evaluation.status == message_type("Evaluation").OK and not evaluation_fault(evaluation, n_voxels)
+
+
+def values_of(message: Any, objectives: Iterable[str]) -> tuple[float, ...]:
+    """Return the values of these objectives that an Evaluation or a Trial holds, NaN for one that it lacks."""
+    known = {"reach": message.reach, "torque": message.torque}
+    names, values = getattr(message, "extra_names", ()), getattr(message, "extra_values", ())
+    known |= {name: value for name, value in zip(names, values, strict=False) if name not in known}
+    return tuple(float(known.get(name, math.nan)) for name in objectives)

@@ -61,7 +61,7 @@ class Optimizer:
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = log, warn
         self._spec_message = spec_to_message(settings.spec)
-        self._xacro, self._front = PreparedXacro(settings.space), RunningFront(settings.spec.n_voxels)
+        self._xacro, self._front = PreparedXacro(settings.space), RunningFront(settings.aims)
         self._urdfs: dict[int, str] = {}
         self._answers: dict[int, Any] = {}  # trial -> Trial message, waiting for its turn
         self._evaluations: dict[int, Any] = {}  # trial -> accepted Evaluation, likewise
@@ -166,7 +166,7 @@ class Optimizer:
             evaluators=len(self._dispatcher.evaluators),
             workers=sum(self._dispatcher.evaluators.values()),
             front_size=len(self._front),
-            best_reach=self._front.best_reach,
+            best_reach=self.best[0].reach if self.best is not None else 0.0,
             hypervolume=self._front.hypervolume,
             answers=self.answers,
             answers_unused=self.answers_unused,
@@ -219,7 +219,7 @@ class Optimizer:
         if told.values is None:
             self.failed += 1
         else:
-            self._front.add(*told.values)
+            self._front.add(told.values)
 
     def _open(self, asked: Asked, sent: set[Dispatch] | None = None) -> None:
         self._urdfs[asked.number] = self._xacro.to_urdf(asked.design)

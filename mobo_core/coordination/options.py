@@ -8,20 +8,21 @@ from __future__ import annotations
 import os
 from copy import copy
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
 from mobo_core.coordination.answer import AnswerEngine
 from mobo_core.design import DesignSpace
+from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec import PRESETS, load_spec
 from mobo_core.search.samplers.registry import SAMPLERS
 from mobo_core.search.study import StudySettings
-from mobo_core.settings import Settings
+from mobo_core.settings import Listed, Settings
 
 _MANY = 2**31 - 1
 _LONG_S = 1e6
-_OF_STUDY = ("sampler", "n_startup_trials", "seed", "in_flight")  # settings that are options too
+_OF_STUDY = ("objectives", "sampler", "n_startup_trials", "seed", "in_flight")  # settings that are options too
 
 
 def _as_in(model: type[Settings], name: str, more: str = "") -> Any:
@@ -40,6 +41,9 @@ class OptimizerOptions(Settings):
     n_joints: int = _as_in(DesignSpace, "n_joints", "; wins over the space file")
     space: str = Field("", description="YAML file of the design space; empty: the paper's")
     lengths: str = _as_in(DesignSpace, "lengths")
+    objectives: Annotated[str, Listed(OBJECTIVES.names)] = Field(
+        "reach,torque", description="two or three, comma-separated"
+    )
     sampler: str = _as_in(StudySettings, "sampler")
     seed: int = _as_in(StudySettings, "seed")
     in_flight: int = _as_in(StudySettings, "in_flight")

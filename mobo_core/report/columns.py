@@ -11,7 +11,7 @@ from mobo_core.report.row import Row
 Cell: TypeAlias = str | int | float | bool | None
 Columns: TypeAlias = dict[str, list[Cell]]
 
-# Column -> what it holds. A length column stands for one column a joint.
+# Column -> what it holds. ``length`` stands for one column a joint, ``extra`` for any number.
 COLUMNS = {
     "trial": "number of the trial, from 0",
     "state": "COMPLETE or FAIL",
@@ -19,6 +19,7 @@ COLUMNS = {
     "sampled_joints": "joint order as drawn",
     "reach": "sum over the voxels of the share of poses reached",
     "torque": "N m, sum over the voxels of the mean norm of the gravity torque",
+    "extra": "the study's other objectives, a column each by name",
     "on_front": "on the Pareto front of the study",
     "above_floor": "reach of a tenth of the voxels or more",
     "known_as": "known arms of this joint order",
@@ -28,7 +29,7 @@ COLUMNS = {
     "seconds": "s, wall time of the evaluation",
     "reason": "why it failed",
 }
-FRONT_COLUMNS = ("trial", "joints", "sampled_joints", "reach", "torque", "above_floor", "known_as", "length")
+FRONT_COLUMNS = ("trial", "joints", "sampled_joints", "reach", "torque", "extra", "above_floor", "known_as", "length")
 
 
 def table_columns(rows: Iterable[Row], n_joints: int, names: Iterable[str] = COLUMNS) -> Columns:
@@ -39,6 +40,10 @@ def table_columns(rows: Iterable[Row], n_joints: int, names: Iterable[str] = COL
         if name == "length":
             for i in range(n_joints):
                 columns[f"length_{i + 1}"] = [row.lengths[i] if i < len(row.lengths) else None for row in rows]
+        elif name == "extra":
+            extras = [dict(row.extra) for row in rows]
+            for objective in dict.fromkeys(objective for extra in extras for objective in extra):
+                columns[objective] = [extra.get(objective) for extra in extras]
         else:
             columns[name] = [_value(row, name) for row in rows]
     return columns

@@ -12,7 +12,6 @@ from mobo_core.report.figures.render import Rendered
 from mobo_core.report.prefixes import PAPER_COLOURS, Group, found
 from mobo_core.report.row import Row
 from mobo_core.report.table import StudyTable
-from mobo_core.search.front import hypervolume
 
 TABLES = ("front.csv", "trials.csv")
 _MOST_FAILED = 50
@@ -35,14 +34,14 @@ def study_page(
     settings = study.settings
     space, spec = settings.space, settings.spec
     open_trials = len({int(candidate.trial) for candidate in study.candidates} - set(study.trials))
-    reach, torque = [row.reach for row in table.complete], [row.torque for row in table.complete]
+    reach = [row.reach for row in table.complete]
     cards = [
         (len(table.complete), "arms evaluated"),
         (len(table.failed), "failed"),
         (open_trials, "not finished"),
         (len(table.front), "on the front"),
         (f"{max(reach, default=0.0):.1f}", f"best reach of {table.n_voxels}"),
-        (f"{hypervolume(reach, torque, table.n_voxels):.4f}", "hypervolume"),
+        (f"{table.hypervolume(len(table.rows)):.4f}", "hypervolume"),
     ]
     body = [
         f"<h1>{escape(study.name)}</h1>",

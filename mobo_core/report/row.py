@@ -17,13 +17,15 @@ class Row:
         lengths: m, one a joint.
         reach: sum over the voxels of the share of poses reached; NaN if it failed.
         torque: N m, sum over the voxels of the mean norm of the gravity torque; NaN if it failed.
-        on_front: whether no other trial reaches at least as much with at most as much torque.
+        on_front: whether no other trial is at least as good in all of the study's objectives.
         above_floor: whether its reach is that of a useful arm, see :data:`REACH_FLOOR_SHARE`.
         known_as: names of the known arms of this joint order.
         attempt: which sending of it was answered.
         evaluator: who answered.
         seconds: s, wall time of the evaluation.
         reason: why it failed, else "".
+        values: of the study's objectives, in their order; () if it failed.
+        extra: name and value of those beyond reach and torque.
     """
 
     trial: int
@@ -40,6 +42,8 @@ class Row:
     evaluator: str
     seconds: float
     reason: str
+    values: tuple[float, ...] = ()
+    extra: tuple[tuple[str, float], ...] = ()
 
     @property
     def state(self) -> str:

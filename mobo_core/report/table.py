@@ -9,12 +9,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from mobo_core.bag.record import StudyRecord
+from mobo_core.bag.validity import values_of
 from mobo_core.design.catalogue import known_arms
 from mobo_core.frames import data_frame
 from mobo_core.messages import message_type
 from mobo_core.report.columns import Columns, table_columns
 from mobo_core.report.row import Row, rank
-from mobo_core.search.front import hypervolume, pareto_front
+from mobo_core.search.front import Aims, hypervolume, pareto_front
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -32,11 +33,13 @@ class StudyTable:
         rows: one a trial told, by number.
         n_joints: of the space.
         n_voxels: of the spec; no arm's reach is higher.
+        aims: of the objectives.
     """
 
     rows: tuple[Row, ...]
     n_joints: int
     n_voxels: int
+    aims: Aims = ()
 
     @property
     def floor(self) -> float:
@@ -62,10 +65,14 @@ class StudyTable:
     def useful_front(self) -> list[Row]:
         """The Pareto front above the reach floor, by falling reach.
 
-        It is a part of the raw front: what dominates an arm reaches at least as much, so that leaving out
-        the arms below the floor first changes nothing above it.
+        If reach is an objective, leaving out the arms below the floor first changes nothing above it: what dominates
+        an arm reaches at least as much.
         """
         return [row for row in self.front if row.above_floor]
+
+    def hypervolume(self, n_trials: int) -> float:
+        """Return the hypervolume of the first trials told, failed ones counted."""
+        return hypervolume([row.values for row in self.rows[:n_trials] if row.complete], self.aims)
 
     def __repr__(self) -> str:
         best = f", best reach {self.front[0].reach:.2f} of {self.n_voxels}" if self.front else ""
@@ -92,24 +99,23 @@ def study_table(study: StudyRecord) -> StudyTable:
     complete_state = message_type("Trial").COMPLETE
     numbers = sorted(study.trials)
     trials = [study.trials[number] for number in numbers]
-    # A record of the bag may claim anything: values that are not numbers count as none.
-    valued = [
-        trial
-        for trial in trials
-        if trial.state == complete_state and math.isfinite(trial.reach) and math.isfinite(trial.torque)
-    ]
-    front = pareto_front([trial.reach for trial in valued], [trial.torque for trial in valued])
-    on_front = {int(valued[i].trial) for i in front}
-    complete = {int(trial.trial) for trial in valued}
-    n_voxels = study.settings.spec.n_voxels
+    settings = study.settings
+    values: dict[int, tuple[float, ...]] = {}
+    for trial in trials:
+        found = values_of(trial, settings.objectives)
+        # A record of the bag may claim anything: values that are not numbers count as none.
+        if trial.state == complete_state and all(map(math.isfinite, (trial.reach, trial.torque, *found))):
+            values[int(trial.trial)] = found
+    complete = list(values)
+    on_front = {complete[i] for i in pareto_front(list(values.values()), settings.aims)}
     rows = [
-        _row(study, trial, int(trial.trial) in complete, int(trial.trial) in on_front, REACH_FLOOR_SHARE * n_voxels)
-        for trial in trials
+        _row(study, trial, values.get(int(trial.trial), ()), int(trial.trial) in on_front) for trial in trials
     ]
-    return StudyTable(tuple(rows), study.settings.space.n_joints, n_voxels)
+    return StudyTable(tuple(rows), settings.space.n_joints, settings.spec.n_voxels, settings.aims)
 
 
-def _row(study: StudyRecord, told: Any, complete: bool, on_front: bool, floor: float) -> Row:
+def _row(study: StudyRecord, told: Any, values: tuple[float, ...], on_front: bool) -> Row:
+    complete, objectives = bool(values), study.settings.objectives
     number = int(told.trial)
     candidate, evaluation = study.candidate_of(number), study.accepted(number)
     joints = str(candidate.joints) if candidate is not None else ""
@@ -122,12 +128,14 @@ def _row(study: StudyRecord, told: Any, complete: bool, on_front: bool, floor: f
         reach=float(told.reach) if complete else math.nan,
         torque=float(told.torque) if complete else math.nan,
         on_front=on_front,
-        above_floor=complete and bool(told.reach >= floor),
+        above_floor=complete and bool(told.reach >= REACH_FLOOR_SHARE * study.settings.spec.n_voxels),
         known_as=tuple(known_arms(joints)),
         attempt=int(told.attempt),
         evaluator=str(told.evaluator),
         seconds=float(evaluation.seconds) if evaluation is not None else math.nan,
         reason=str(told.reason),
+        values=values,
+        extra=tuple(pair for pair in zip(objectives, values, strict=False) if pair[0] not in ("reach", "torque")),
     )
 
 
@@ -135,9 +143,4 @@ def running_hypervolume(table: StudyTable, steps: int = 100) -> tuple[Sequence[i
     """Return (trials told so far, hypervolume of those) at up to ``steps`` points, the last trial included."""
     n = len(table.rows)
     counts = sorted({max(1, round(n * (i + 1) / steps)) for i in range(steps)}) if n else []
-    volumes = []
-    for count in counts:
-        told = [row for row in table.rows[:count] if row.complete]
-        reach, torque = [row.reach for row in told], [row.torque for row in told]
-        volumes.append(hypervolume(reach, torque, table.n_voxels))
-    return counts, volumes
+    return counts, [table.hypervolume(count) for count in counts]

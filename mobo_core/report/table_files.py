@@ -64,7 +64,8 @@ def _parquet(columns: Columns, where: str) -> bytes:
         "seconds": arrow.float64(),
     }
     fields = [
-        (name, types.get(name, arrow.float64() if name.startswith("length_") else arrow.string())) for name in columns
+        (name, types.get(name, arrow.float64() if any(type(value) is float for value in values) else arrow.string()))
+        for name, values in columns.items()
     ]
     out = io.BytesIO()
     parquet.write_table(arrow.table(columns, schema=arrow.schema(fields)), out)

@@ -10,12 +10,12 @@ from optuna.trial import TrialState
 from pydantic import Field, ValidationInfo, field_validator
 
 from mobo_core.design import Design, DesignSpace
+from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.search.front import Aims, aims_of
 from mobo_core.search.samplers.registry import SAMPLERS, sampler_names
 from mobo_core.search.samplers.sampler import Task
 from mobo_core.settings import Listed, Settings
-
-OBJECTIVES = ("reach", "torque")
 
 
 class StudySettings(Settings):
@@ -27,6 +27,7 @@ class StudySettings(Settings):
 
     space: DesignSpace = DesignSpace()
     spec: EvaluationSpec = EvaluationSpec()
+    objectives: tuple[str, ...] = Field(("reach", "torque"), description="two or three, in the order of their values")
     sampler: Annotated[str, Listed(sampler_names)] = Field("tpe", description="in brackets what it sets unless named")
     n_startup_trials: int = Field(
         100, ge=1, le=1_000_000, description="random trials before the sampler's model takes over"
@@ -38,15 +39,35 @@ class StudySettings(Settings):
         8, ge=1, le=10_000, description="trials asked before the first of them is told; part of the study's function"
     )
 
+    @field_validator("objectives", mode="before")
+    @classmethod
+    def _words(cls, objectives: object) -> object:
+        return objectives.split(",") if isinstance(objectives, str) else objectives
+
+    @field_validator("objectives")
+    @classmethod
+    def _distinct(cls, objectives: tuple[str, ...]) -> tuple[str, ...]:
+        if not 2 <= len(objectives) <= 3 or len(set(objectives)) < len(objectives):
+            raise ValueError("two or three distinct names")
+        for name in objectives:
+            if name not in OBJECTIVES:
+                raise ValueError(f"names of {OBJECTIVES.names()}")
+        return objectives
+
     @field_validator("sampler")
     @classmethod
     def _fits(cls, sampler: str, info: ValidationInfo) -> str:
         if sampler not in SAMPLERS:
             raise ValueError(" or ".join(map(repr, SAMPLERS)))
-        space = info.data.get("space")
-        if space is not None and (why := SAMPLERS[sampler].unfit(space, OBJECTIVES)):
+        space, objectives = info.data.get("space"), info.data.get("objectives")
+        if space is not None and objectives is not None and (why := SAMPLERS[sampler].unfit(space, objectives)):
             raise ValueError(f"another than {sampler} {why}")
         return sampler
+
+    @property
+    def aims(self) -> Aims:
+        """What the study wants of its objectives."""
+        return aims_of(self.objectives, self.spec)
 
     def first_difference(self, other: StudySettings) -> tuple[str, Any, Any] | None:
         """Return (name, own value, other's value) of the first setting that differs, or None."""
@@ -98,9 +119,11 @@ class OrderedStudy:
     def __init__(self, settings: StudySettings) -> None:
         self.settings = settings
         sampler = SAMPLERS[settings.sampler]
-        task = Task(settings.space, settings.spec, OBJECTIVES, settings.n_startup_trials, settings.seed)
+        task = Task(settings.space, settings.spec, settings.objectives, settings.n_startup_trials, settings.seed)
         self._sampler, self._stateful = sampler.factory(task), sampler.stateful
-        self._optuna = optuna.create_study(directions=["maximize", "minimize"], sampler=self._sampler(0))
+        self._optuna = optuna.create_study(
+            directions=[OBJECTIVES[name].direction for name in settings.objectives], sampler=self._sampler(0)
+        )
         self._asked: list[Asked] = []
         self._told: list[Told] = []
         self._seen = 0

@@ -14,7 +14,7 @@ from optuna.samplers import BaseSampler, RandomSampler
 from optuna.trial import FrozenTrial, TrialState
 
 from mobo_core.design import DesignSpace
-from mobo_core.search.front import TORQUE_PER_VOXEL
+from mobo_core.search.front import Aims, aims_of
 from mobo_core.search.samplers.sampler import ForTrial, Sampler, Task
 
 if TYPE_CHECKING:
@@ -42,16 +42,17 @@ class ComoSampler(BaseSampler):
 
     Args:
         space: of the arms; more than one.
-        n_voxels: the highest reach there is.
+        aims: of reach and torque: their bounds scale the values.
         seed: of the kernels and, until :meth:`reseed`, of random trials.
     """
 
-    def __init__(self, space: DesignSpace, n_voxels: int, seed: int) -> None:
+    def __init__(self, space: DesignSpace, aims: Aims, seed: int) -> None:
         from cmaes import COMOCatCMAwM  # not at the top: who has another sampler need not wait for it
 
         self._types = space.joint_types
         self._n_joints = space.n_joints
-        self._scale = np.array([-n_voxels, TORQUE_PER_VOXEL * n_voxels])
+        reach, torque = aims
+        self._scale = np.array([-reach.bound, torque.bound])
         self._reference = (0.0, 1.0)
         n_fractions = space.n_joints - 1
         self._optimizer = COMOCatCMAwM(
@@ -131,7 +132,7 @@ def _unfit(space: DesignSpace, objectives: tuple[str, ...]) -> str:
 
 
 def _factory(task: Task) -> ForTrial:
-    sampler = ComoSampler(task.space, task.spec.n_voxels, task.seed_of(0))
+    sampler = ComoSampler(task.space, aims_of(task.objectives, task.spec), task.seed_of(0))
 
     def for_trial(trial: int) -> BaseSampler:
         sampler.reseed(task.seed_of(trial))
