@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
-import subprocess
 import sys
 import time
 from typing import Any
@@ -13,9 +11,10 @@ from typing import Any
 from rclpy.executors import Executor
 from rclpy.node import Node
 
+from mobo.child import Child
 from mobo.parameters import declare
 from mobo.progress import StudyProgress
-from mobo.runtime import PARENT_VARIABLE, STATUS_QOS, Stop, run, subscribe
+from mobo.runtime import STATUS_QOS, Stop, run, subscribe
 from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.supervision import Restarts
@@ -34,31 +33,6 @@ HELP = help_text(
 _PATIENCE_S = 10.0
 
 
-class _Child:
-    """A node as a child process, killed by the kernel if this process ends, however it ends."""
-
-    def __init__(self, module: str, arguments: list[str], parting_signal: int) -> None:
-        self._module, self._arguments, self._signal = module, arguments, parting_signal
-        self.start()
-
-    def start(self, more: list[str] | None = None) -> None:
-        command = [sys.executable, "-m", f"mobo.{self._module}", "--ros-args", *self._arguments, *(more or [])]
-        parent = {PARENT_VARIABLE: f"{os.getpid()} {int(self._signal)}"}
-        # A process group of its own: Ctrl-C reaches this node, which then ends the others in order.
-        self.process = subprocess.Popen(command, env={**os.environ, **parent}, process_group=0)
-
-    def stop(self, number: int = signal.SIGTERM) -> None:
-        if self.process.poll() is None:
-            self.process.send_signal(number)
-
-    def wait(self, until: float) -> None:
-        try:
-            self.process.wait(max(0.0, until - time.monotonic()))
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-
-
 def _arguments(node: Node, options: StudyOptions, of: type[Settings], *more: str) -> list[str]:
     """Return the command line that hands on the options which were set here, and those that ``more`` names."""
     # The progress bar tells what the nodes would; warnings come through.
@@ -73,12 +47,12 @@ class _Supervisor:
         self._progress = StudyProgress(options.study_name, options.n_trials)
         self._restarts = Restarts()
         asked = _arguments(node, options, OptimizerOptions)
-        self.optimizer = _Child("optimizer", asked, signal.SIGTERM)
+        self.optimizer = Child("optimizer", asked, signal.SIGTERM)
         # It refuses bad parameters or a bag in use before there is anything to evaluate.
-        self.evaluators: list[_Child] = []
+        self.evaluators: list[Child] = []
         answered = _arguments(node, options, EvaluatorOptions, "workers")
         for _ in range(options.evaluators):
-            self.evaluators.append(_Child("evaluator", answered, signal.SIGKILL))
+            self.evaluators.append(Child("evaluator", answered, signal.SIGKILL))
         self._study = options.study_name
         self.status: Any = None
         subscribe(node, StudyStatus, "study", self._on_status, STATUS_QOS)
