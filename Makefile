@@ -13,14 +13,18 @@ export PYTHON TRIALS WARM
 # Tests stay on this machine, and leave nothing in /dev/shm when they kill a node.
 TEST_ENV := ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST FASTDDS_BUILTIN_TRANSPORTS=UDPv4
 
-.PHONY: help setup test test-faults demo lint build clean
+.PHONY: help setup check test test-faults coverage demo lint build clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
-	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-k name' the tests, FAULTS_ARGS likewise."
+	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-n 2 -k name' the tests, FAULTS_ARGS likewise."
 
 setup: ## make .venv/ and install/, or what of them is out of date
 	@.ci/setup.sh
+
+check: ## the quick round: lint, and the tests that start no node and are not slow (after setup)
+	@$(MAKE) --no-print-directory lint
+	@$(TEST_ENV) .ci/in-env pytest -q -m "not ros and not slow" $(PYTEST_ARGS)
 
 test: setup ## setup, then ruff, mypy and all tests
 	@$(MAKE) --no-print-directory lint
@@ -28,6 +32,10 @@ test: setup ## setup, then ruff, mypy and all tests
 
 test-faults: setup ## setup, then the long tests of faults, up to half an hour; says what it lacks (root, iptables, …)
 	@$(TEST_ENV) .ci/in-env pytest -v $(FAULTS_ARGS) tests/faults
+
+coverage: ## lines of mobo_core that the tests of `make check` run, by room (after setup)
+	@$(TEST_ENV) .ci/in-env pytest -q -m "not ros and not slow" --cov=mobo_core --cov-report= $(PYTEST_ARGS)
+	@.venv/bin/python .ci/coverage_by_room.py
 
 demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, and a report of it
 	@.ci/demo.sh
