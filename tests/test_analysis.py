@@ -259,6 +259,7 @@ def test_page_shows_names_as_they_are_and_the_reasons_of_failures(report: Path) 
         assert word in page.text
 
 
+@pytest.mark.slow
 def test_again_it_gives_the_same_files_and_prints_the_front_and_paths(
     bag: Path, report: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -313,6 +314,7 @@ def test_report_of_a_damaged_bag_says_so_and_goes_on(
     Page((tmp_path / "out" / "index.html").read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_report_of_several_bags_has_a_folder_for_each(small: Path, tmp_path: Path) -> None:
     seven = {"space": {"n_joints": 7, "lengths": "sequential"}, "sampler": "random"}
     other = run_study(tmp_path / "one" / "small", 3, name="seven", settings=seven)

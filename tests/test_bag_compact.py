@@ -60,6 +60,7 @@ def test_every_message_is_as_it_was_in_one_smaller_file(bag: Path, capsys: pytes
     assert not list(bag.parent.glob(".*"))
 
 
+@pytest.mark.slow
 def test_a_compacted_bag_resumes_and_verifies(bag: Path) -> None:
     """It goes on as the bag it was made from would have, and can be compacted again."""
     other = Path(shutil.copytree(bag, bag.with_name("other")))
@@ -140,6 +141,7 @@ def test_killed_at_any_step_it_leaves_the_whole_old_or_the_whole_new_bag(
     assert (bag / "notes.txt").read_text() == "mine" and not list(bag.parent.glob(".*"))
 
 
+@pytest.mark.slow
 def test_a_long_bag_rolls_over_and_stays_one_record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """After so many chunks a new file begins; readers find one record, in order, and resume goes on."""
     whole = run_study(tmp_path / "whole", 40)

@@ -142,6 +142,7 @@ def test_recovered_it_reads_with_rosbags(whole: Whole, data: st.DataObject) -> N
         assert not kept.exists() or kept.read_bytes() == damaged
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("verb", "part", "how"),
     [

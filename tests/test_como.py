@@ -79,6 +79,7 @@ def test_is_the_loop_of_cmaes() -> None:
     assert run(OrderedStudy(settings_of(seed=5)), MANY) == expected[:MANY]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("in_flight", [1, 3])
 def test_resume_after_updates(in_flight: int) -> None:
     """Resumed from its record it goes on as if never stopped, designs from outside among those recorded and to come."""
@@ -95,6 +96,7 @@ def test_resume_after_updates(in_flight: int) -> None:
         assert run(again, MANY, outside) == expected
 
 
+@pytest.mark.slow
 def test_a_design_from_outside_takes_the_place_of_none() -> None:
     """What was drawn for its trial is asked next, and the trials go on as without it, whatever its values."""
     settings = settings_of()

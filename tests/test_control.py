@@ -101,6 +101,7 @@ def _enqueue_at(told: int, *, kill: bool = False) -> Any:
     return meanwhile
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lengths", ["fractions", "sequential"])
 def test_enqueued_arms_are_trials_and_part_of_the_function(tmp_path: Path, lengths: str) -> None:
     """Killed between the command's record and the candidate's, resumed: the same trials; verify accepts them."""
@@ -122,6 +123,7 @@ def test_enqueued_arms_are_trials_and_part_of_the_function(tmp_path: Path, lengt
     assert values(plain)[first + 4 :] != values(whole)[first + 4 :]  # the sampler learns from them
 
 
+@pytest.mark.slow
 def test_verify_accepts_enqueued_arms_and_no_others(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A command whose parameters, trial or lengths were changed is found."""
     from test_verify import tampered
@@ -157,6 +159,7 @@ def test_enqueue_when_every_trial_is_asked_is_refused() -> None:
     assert not controls.enqueue(10, "me", *ARM, 10).bad_input
 
 
+@pytest.mark.slow
 def test_pause_outlives_the_optimizer_and_stop_does_not(tmp_path: Path) -> None:
     """Resumed, a paused study is paused: nothing is asked or sent, what was sent is told; `resume` lifts it."""
     def at(told: int, command: str) -> Any:

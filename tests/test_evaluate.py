@@ -419,6 +419,7 @@ def start(code: str, **environment: str) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.slow
 def test_two_processes_compile_once_and_to_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of two processes with an empty cache one compiles, both wait for whoever does, and say so; and what they
     compile for the plainest of processors gives, to the bit, what is compiled for this one.

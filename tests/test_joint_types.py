@@ -46,6 +46,7 @@ def skew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     yield
 
 
+@pytest.mark.slow
 def test_a_joint_type_of_another_distribution(skew: None, tmp_path: Path) -> None:
     """A study of arms with it runs, is recorded, verified bit for bit, and reported."""
     assert DesignSpace().joint_types == "RPY" and DesignSpace.of(SPACE).n_orders == 21

@@ -407,6 +407,7 @@ QUESTIONS: list[tuple[str, dict[str, Any]]] = [
 ]
 
 
+@pytest.mark.slow
 def test_kernel_and_reference_agree() -> None:
     """The engines reach the same poses but for 1 in 1,000, with the same torque to 1e-6 but for 1 in 100."""
     differing: list[str] = []

@@ -232,6 +232,7 @@ def test_close_leaves_no_child() -> None:
         assert len(pool) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("signum", [signal.SIGKILL, signal.SIGTERM])
 def test_no_child_outlives_a_killed_parent(signum: int) -> None:
     """When the process that holds the pool is killed, its workers end too, even busy ones."""

@@ -29,6 +29,7 @@ def designs(draw: st.DrawFn, n: int) -> Design:
     return Design(joints, tuple(draw(st.lists(lengths, min_size=n, max_size=n))))
 
 
+@pytest.mark.slow
 @given(st.integers(1, 12), spaces, st.data())
 @settings(max_examples=12, deadline=None)
 def test_equals_plain_xacro(n: int, space: DesignSpace, data: st.DataObject) -> None:

@@ -156,6 +156,7 @@ def own_estimator(
     return Estimator(parts, codes, mu, weight, bandwidth)
 
 
+@pytest.mark.slow
 @given(
     st.integers(0, 60), st.integers(0, 3), st.integers(0, 3), st.sampled_from(["scott", "neighbours"]),
     st.integers(0, 2**31), st.floats(0.0, 1.0),
@@ -321,6 +322,7 @@ def fingerprint() -> str:
     return hashlib.sha256(repr(drawn).encode()).hexdigest()
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_bits_of_the_plainest_processor(tmp_path: Path) -> None:
     """What is drawn with functions compiled for the plainest of processors is, to the bit, what is drawn here."""
