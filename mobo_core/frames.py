@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from mobo_core.errors import InputError
@@ -12,12 +12,12 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-def data_frame(columns: Mapping[str, Sequence[object]], index: str) -> DataFrame:
+def data_frame(columns: Mapping[str, object], index: str | None = None) -> DataFrame:
     """Return columns as a data frame; a value that is None is missing.
 
     Args:
         columns: name -> values, all of one length.
-        index: name of the column that the rows are named by.
+        index: name of the column that the rows are named by; None: they are numbered.
 
     Raises:
         InputError: pandas is not installed.
@@ -25,6 +25,6 @@ def data_frame(columns: Mapping[str, Sequence[object]], index: str) -> DataFrame
     try:
         pandas = importlib.import_module("pandas")
     except ImportError:
-        raise InputError("needs pandas", where="to_pandas", expected="pip install pandas, or to_dict") from None
-    frame: DataFrame = pandas.DataFrame(dict(columns)).set_index(index)
-    return frame
+        raise InputError("pandas is not installed", where="to_pandas()", expected="pip install pandas") from None
+    frame: DataFrame = pandas.DataFrame(dict(columns))
+    return frame if index is None else frame.set_index(index)

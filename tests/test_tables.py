@@ -53,5 +53,5 @@ def test_to_pandas_has_a_row_a_trial(table: StudyTable) -> None:
 def test_without_pandas_it_says_what_to_install(table: StudyTable, monkeypatch: pytest.MonkeyPatch) -> None:
     """One line: what, where, what was expected."""
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(InputError, match="^to_pandas: needs pandas; expected pip install pandas, or to_dict$"):
+    with pytest.raises(InputError, match="pandas is not installed; expected pip install pandas$"):
         table.to_pandas()

@@ -8,21 +8,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mobo_core.errors import InputError
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.frames import data_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 Engine = Literal["kernel", "reference"]
-
-
-def _frame(columns: dict[str, object]) -> DataFrame:
-    try:
-        from pandas import DataFrame
-    except ImportError:
-        raise InputError("pandas is not installed", where="to_pandas()", expected="pip install pandas") from None
-    return DataFrame(columns)
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,7 +47,7 @@ class Postures:
             InputError: pandas is not installed.
         """
         joints = {f"q{i + 1}": column for i, column in enumerate(self.q.T)}
-        return _frame({"voxel": self.voxel, "pose": self.pose, "torque": self.torque, **joints})
+        return data_frame({"voxel": self.voxel, "pose": self.pose, "torque": self.torque, **joints})
 
 
 @dataclass(repr=False)
@@ -138,4 +130,4 @@ class Result:
         """
         names = ("voxel_reach", "voxel_torque", "voxel_torque_sd", "out_of_range", "not_converged", "in_collision")
         centres = dict(zip("xyz", self.spec.voxel_centres().T, strict=True))
-        return _frame({**centres, **{name.removeprefix("voxel_"): getattr(self, name) for name in names}})
+        return data_frame({**centres, **{name.removeprefix("voxel_"): getattr(self, name) for name in names}})
