@@ -15,7 +15,7 @@ from peer import Peer
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.evaluation.spec_message import spec_to_message
-from mobo_core.messages import make
+from mobo_core.messages import Candidate
 
 URDF = to_urdf(Design("YPPYPY", (0.05, 0.25, 0.2, 0.05, 0.0, 0.05)), DesignSpace())
 SPEC = EvaluationSpec(poses_per_voxel=1, restarts=1, iterations=10)
@@ -112,7 +112,7 @@ HOSTILE_SPECS: dict[str, tuple[Any, ...]] = {
 def candidate(trial: int, evaluator: str, **fields: Any) -> Any:
     """Return a Candidate of the study ``t``, sound but for what is given."""
     base = {"study": "t", "trial": trial, "attempt": 1, "evaluator": evaluator, "urdf": URDF, "tip": "tool"}
-    return make("Candidate", **{**base, "spec": spec_to_message(SPEC), **fields})
+    return Candidate(**{**base, "spec": spec_to_message(SPEC), **fields})
 
 
 def hostile_candidates(evaluator: str) -> list[Any]:

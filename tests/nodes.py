@@ -15,7 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from mobo_core.bag.record import StudyRecord, read_study
+from mobo_core.bag.collector import read_study
+from mobo_core.bag.record import StudyRecord
 
 # A question that takes milliseconds: what the nodes do with it is the same.
 QUICK_SPEC = "poses_per_voxel: 2\nrestarts: 1\niterations: 20\n"

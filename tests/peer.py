@@ -9,7 +9,7 @@ from typing import Any
 from nodes import wait_for
 
 from mobo_core.errors import InputError
-from mobo_core.messages import TOPICS, decode, encode
+from mobo_core.messages import KINDS, TOPICS, decode, encode
 
 
 class Peer:
@@ -32,7 +32,7 @@ class Peer:
         self._publishers = {}
         self._latched = latched = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         for topic in ("candidates", "evaluations", "evaluators"):
-            kind = TOPICS[topic]
+            kind = TOPICS[topic].kind
             cls = getattr(mobo_msgs.msg, kind)
             self._publishers[topic] = self.node.create_publisher(cls, topic, latched)
             self.hear(topic, kind, cls)
@@ -41,7 +41,7 @@ class Peer:
         def take(data: bytes) -> None:
             self._received += 1
             with contextlib.suppress(InputError):  # it hears its own garbage too
-                self.heard.setdefault(topic, []).append(decode(kind, data))
+                self.heard.setdefault(topic, []).append(decode(KINDS[kind], data))
 
         self.node.create_subscription(cls, topic, take, self._latched if latched else 1000, raw=True)
 

@@ -15,7 +15,7 @@ from mobo_core.commands import cli
 from mobo_core.coordination.answer import AnswerEngine, Answering
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.optimizer import Optimizer
-from mobo_core.messages import decode, encode, make, message_type
+from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, decode, encode
 from mobo_core.search.study import StudySettings
 
 QUICK = {"n_startup_trials": 10, "sampler": "random"}
@@ -63,9 +63,7 @@ def run_study(
         now += 0.5
         for evaluator in who:
             holds = [candidate for candidate in pending if candidate.evaluator == evaluator]
-            status = make(
-                "EvaluatorStatus",
-                evaluator=evaluator,
+            status = EvaluatorStatus(evaluator=evaluator,
                 workers=2,
                 engine="simulated",
                 host_id="test",
@@ -74,7 +72,7 @@ def run_study(
                 attempts=[candidate.attempt for candidate in holds],
             )
             optimizer.on_evaluator(encode(status), now)
-        pending += [decode("Candidate", data) for topic, data in published if topic == "candidates"]
+        pending += [decode(Candidate, data) for topic, data in published if topic == "candidates"]
         published.clear()
         if meanwhile(optimizer):
             bag._lock.release()
@@ -85,7 +83,7 @@ def run_study(
                 return folder
             answering = who[candidate.evaluator]
             if candidate.trial in rejected:
-                rejection = message_type("Evaluation").REJECTED
+                rejection = Evaluation.REJECTED
                 answer = answering.refusal(candidate, rejection, 'no good <arm> & "so" on')
             else:
                 answer = answering.answer(candidate)

@@ -15,7 +15,7 @@ import pytest
 from matplotlib.image import imread
 from studies import messages, mobo, run_study
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.columns import table_columns
 from mobo_core.report.figures.drawing import has_dark_text, looks, picture, red_to_green

@@ -10,8 +10,8 @@ import pytest
 import yaml
 from studies import messages, mobo, mobo_json, run_study
 
+from mobo_core.bag.collector import read_study
 from mobo_core.bag.lock import BagLock
-from mobo_core.bag.record import read_study
 
 
 @pytest.fixture(scope="module")

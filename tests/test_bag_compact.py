@@ -15,9 +15,9 @@ import yaml
 from studies import messages, mobo, run_study
 
 from mobo_core.bag import compact, study_bag, writer
+from mobo_core.bag.collector import read_study
 from mobo_core.bag.lock import BagLock
 from mobo_core.bag.reader import Entry, entries, read_bag
-from mobo_core.bag.record import read_study
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from nodes import Nodes, finish, output, told_so_far, values, wait_for
 from studies import mobo, run_study
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 from mobo_core.coordination.control import Controls
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.design import Design, DesignSpace
@@ -192,9 +192,9 @@ def test_pause_outlives_the_optimizer_and_stop_does_not(tmp_path: Path) -> None:
 
 def test_a_command_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     """Resume of a bag with a damaged enqueue ends in one line."""
-    from mobo_core.messages import make
+    from mobo_core.messages import Command
 
-    command = make("Command", trial=9, command="enqueue", arguments_json="[]")
+    command = Command(trial=9, command="enqueue", arguments_json="[]")
     with pytest.raises(InputError, match="enqueue of trial 9"):
         Controls("s", DesignSpace(), lambda c: None).repeat([command], 3)
 

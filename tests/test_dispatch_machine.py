@@ -23,12 +23,12 @@ from hypothesis.stateful import (
 from nodes import values
 from studies import run_study
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import Answering
 from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
 from mobo_core.coordination.optimizer import Optimizer
-from mobo_core.messages import decode, encode, make, message_type
+from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, Trial, decode, encode
 from mobo_core.search.study import StudySettings
 
 NAMES = ["a", "b", "c"]
@@ -291,9 +291,9 @@ class AnyMessages(RuleBasedStateMachine):
         """Take what the optimizer has published: trials are counted, candidates reach their evaluators, or not."""
         for topic, data in self.published:
             if topic == "trials":
-                self.told[int(decode("Trial", data).trial)] += 1
+                self.told[int(decode(Trial, data).trial)] += 1
             elif topic == "candidates" and not lost:
-                candidate = decode("Candidate", data)
+                candidate = decode(Candidate, data)
                 self.held.setdefault(candidate.evaluator, []).append(candidate)
         self.published.clear()
         assert all(count == 1 for count in self.told.values())
@@ -306,7 +306,7 @@ class AnyMessages(RuleBasedStateMachine):
     def beat(self, name: str, **fields: Any) -> None:
         held = self.held[name]
         named = {"studies": ["s"] * len(held), "trials": [c.trial for c in held], "attempts": [c.attempt for c in held]}
-        status = make("EvaluatorStatus", **{"evaluator": name, "workers": SLOTS[name], **named, **fields})
+        status = EvaluatorStatus(**{"evaluator": name, "workers": SLOTS[name], **named, **fields})
         self.optimizer.on_evaluator(encode(status), self.now)
 
     @rule(name=st.sampled_from(NAMES))
@@ -316,7 +316,7 @@ class AnyMessages(RuleBasedStateMachine):
     @rule(name=st.sampled_from(NAMES))
     def goodbye(self, name: str) -> None:
         self.held[name].clear()
-        self.beat(name, state=message_type("EvaluatorStatus").LEFT)
+        self.beat(name, state=EvaluatorStatus.LEFT)
         self.deliver()
 
     @rule(seconds=SECONDS)
@@ -336,7 +336,7 @@ class AnyMessages(RuleBasedStateMachine):
 
     def evaluated(self, candidate: Any, name: str) -> None:
         answering = Answering(name, "simulated", simulated_s=0.0)
-        rejection = message_type("Evaluation").REJECTED
+        rejection = Evaluation.REJECTED
         bad = candidate.trial == REJECTED
         answer = answering.refusal(candidate, rejection, "bad arm") if bad else answering.answer(candidate)
         self.past.append(encode(answer))
@@ -347,7 +347,7 @@ class AnyMessages(RuleBasedStateMachine):
         if self.held[name] and self.failures[self.held[name][0].trial] < 2:
             candidate = self.held[name].pop(0)
             self.failures[candidate.trial] += 1
-            failed = Answering(name).refusal(candidate, message_type("Evaluation").FAILED, reason)
+            failed = Answering(name).refusal(candidate, Evaluation.FAILED, reason)
             self.optimizer.on_evaluation(encode(failed), self.now)
             self.deliver()
 
@@ -400,7 +400,7 @@ class AnyMessages(RuleBasedStateMachine):
 def _could_be_true(message: bytes) -> bool:
     """Return whether a damaged answer still decodes: what then differs is a true answer's numbers or names."""
     try:
-        decode("Evaluation", message)
+        decode(Evaluation, message)
     except Exception:
         return False
     return True

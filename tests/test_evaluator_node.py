@@ -10,11 +10,11 @@ import pytest
 from nodes import Nodes, finish, output
 from peer import Peer
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.evaluation.spec_message import spec_to_message
-from mobo_core.messages import make, message_type
+from mobo_core.messages import Candidate, Evaluation
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(180)]
 
@@ -24,7 +24,7 @@ URDF = to_urdf(Design("YPPYPY", (0.05, 0.25, 0.2, 0.05, 0.0, 0.05)), DesignSpace
 
 def _candidate(trial: int, evaluator: str, **fields: Any) -> Any:
     base = {"study": "t", "trial": trial, "attempt": 1, "evaluator": evaluator, "urdf": URDF, "tip": "tool"}
-    return make("Candidate", **{**base, "spec": spec_to_message(SPEC), **fields})
+    return Candidate(**{**base, "spec": spec_to_message(SPEC), **fields})
 
 
 def test_bad_candidates_are_rejected_with_the_reason_and_the_evaluator_lives(nodes: Nodes, peer: Peer) -> None:
@@ -53,7 +53,7 @@ def test_bad_candidates_are_rejected_with_the_reason_and_the_evaluator_lives(nod
     heard = peer.heard.setdefault("evaluations", [])
     peer.until(lambda: any(answer.trial == 21 for answer in heard), "the good candidate's answer")
     answers = {int(answer.trial): answer for answer in heard}
-    kinds = message_type("Evaluation")
+    kinds = Evaluation
     for number, (_, reason) in enumerate(bad.values()):
         assert answers[number].status == kinds.REJECTED
         assert reason in answers[number].reason and "\n" not in answers[number].reason

@@ -13,14 +13,14 @@ from hostile import answers_to, candidate, hostile_candidates, live_evaluator, m
 from nodes import Nodes, children_of, finish, output, wait_for
 from peer import Peer
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.evaluation.spec_message import spec_to_message
-from mobo_core.messages import message_type
+from mobo_core.messages import Evaluation, Trial
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
 
-OK, REJECTED, FAILED = (getattr(message_type("Evaluation"), name) for name in ("OK", "REJECTED", "FAILED"))
+OK, REJECTED, FAILED = (getattr(Evaluation, name) for name in ("OK", "REJECTED", "FAILED"))
 ENDLESS = EvaluationSpec(voxel_size=0.02, restarts=1000, iterations=10000, position_tolerance=1e-300)  # for days
 
 
@@ -110,7 +110,7 @@ def test_a_poisoned_trial_fails_after_max_attempts_on_different_evaluators(
     peer.until(poison, "the study to end", 120)
     assert optimizer.returncode == 0, output(optimizer)
     study = read_study(bag)
-    kinds = message_type("Trial")
+    kinds = Trial
     assert [int(study.trials[n].state) for n in range(2)] == [kinds.FAIL, kinds.COMPLETE]
     assert study.trials[poisoned].reason == "worker died of signal 11"
     failures = [e for e in study.evaluations if e.status == FAILED]

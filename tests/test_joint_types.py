@@ -12,7 +12,7 @@ import pytest
 from distributions import install
 from studies import mobo, run_study
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 from mobo_core.design import JOINTS, Design, DesignSpace, JointType, effective_joints, to_urdf
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError

@@ -13,8 +13,9 @@ import yaml
 from nodes import QUICK_SPEC, Nodes, finish, output, told_so_far, values, wait_for
 from studies import run_study
 
-from mobo_core.bag.record import StudyRecord, read_study
-from mobo_core.messages import message_type
+from mobo_core.bag.collector import read_study
+from mobo_core.bag.record import StudyRecord
+from mobo_core.messages import EvaluatorStatus
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
 
@@ -39,7 +40,7 @@ def study_so_far(bag: Path) -> StudyRecord | None:
 
 def events(bag: Path, state: str, name: str) -> int:
     study = study_so_far(bag)
-    wanted = getattr(message_type("EvaluatorStatus"), state)
+    wanted = getattr(EvaluatorStatus, state)
     return sum(e.state == wanted and e.evaluator == name for e in study.evaluators) if study else 0
 
 

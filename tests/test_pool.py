@@ -22,16 +22,16 @@ from mobo_core.coordination.pool import WorkerPool
 from mobo_core.evaluation import EvaluationSpec
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.evaluation.spec_message import spec_to_message
-from mobo_core.messages import UNABLE, decode, encode, make, message_type
+from mobo_core.messages import UNABLE, Candidate, Evaluation, decode, encode
 
-OK, REJECTED, FAILED = (getattr(message_type("Evaluation"), name) for name in ("OK", "REJECTED", "FAILED"))
+OK, REJECTED, FAILED = (getattr(Evaluation, name) for name in ("OK", "REJECTED", "FAILED"))
 SMALL = small_spec(poses_per_voxel=3)
 ENDLESS = EvaluationSpec(voxel_size=0.02, restarts=1000, iterations=10000, position_tolerance=1e-300)  # for days
 
 
 def candidate(trial: int = 0, urdf: str = arm("PRRYPY"), spec: EvaluationSpec = SMALL, **fields: Any) -> Any:
     given = {"attempt": 1, "evaluator": "e", "tip": "tool", **fields}
-    return make("Candidate", study="s", trial=trial, urdf=urdf, spec=spec_to_message(spec), **given)
+    return Candidate(study="s", trial=trial, urdf=urdf, spec=spec_to_message(spec), **given)
 
 
 def gather(pool: WorkerPool, count: int) -> list[Any]:
@@ -39,7 +39,7 @@ def gather(pool: WorkerPool, count: int) -> list[Any]:
     answers: list[Any] = []
     while len(answers) < count:
         pool.wait(1.0)
-        answers += [decode("Evaluation", data) for data in pool.collect()]
+        answers += [decode(Evaluation, data) for data in pool.collect()]
     return answers
 
 

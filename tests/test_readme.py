@@ -46,7 +46,7 @@ def test_names_every_command_and_topic() -> None:
     """Each verb of mobo, each topic and its message."""
     for verb in VERBS:
         assert f"`mobo {verb}" in README
-    for topic, kind in TOPICS.items():
+    for topic, kind in ((topic, cls.kind) for topic, cls in TOPICS.items()):
         assert f"| `{topic}` | `{kind}` |" in README
 
 

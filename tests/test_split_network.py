@@ -12,8 +12,8 @@ from nodes import QUICK_SPEC, Nodes, finish, output, told_so_far, values, wait_f
 from studies import run_study
 from yaml import safe_load
 
-from mobo_core.bag.record import read_study
-from mobo_core.messages import message_type
+from mobo_core.bag.collector import read_study
+from mobo_core.messages import EvaluatorStatus
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
 
@@ -37,7 +37,7 @@ def undisturbed(bag: Path, n_trials: int) -> list[Any]:
 
 def lost_and_joined(bag: Path) -> tuple[int, int]:
     """Return how often an evaluator was lost and how often one joined, as the bag has it."""
-    kinds = message_type("EvaluatorStatus")
+    kinds = EvaluatorStatus
     states = [int(status.state) for status in read_study(bag).evaluators]
     return states.count(kinds.LOST), states.count(kinds.JOINED)
 

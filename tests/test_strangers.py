@@ -15,9 +15,9 @@ from nodes import QUICK_SPEC, Nodes, output, values, wait_for
 from peer import Peer
 from studies import run_study
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 from mobo_core.coordination.answer import Answering
-from mobo_core.messages import decode, encode, make, message_type
+from mobo_core.messages import Evaluation, EvaluatorStatus, decode, encode
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
@@ -64,7 +64,7 @@ def absurd_heartbeats() -> list[bytes]:
         {"evaluator": "odd", "workers": 1, "studies": ["s", "s"], "trials": [1], "attempts": [1, 2, 3]},
         {"evaluator": "state", "workers": 1, "state": 250},
     ]
-    return [encode(make("EvaluatorStatus", **{"engine": "simulated", **values})) for values in fields]
+    return [encode(EvaluatorStatus(**{"engine": "simulated", **values})) for values in fields]
 
 
 def test_a_flood_of_noise_changes_nothing(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
@@ -106,7 +106,7 @@ def check_flood(nodes: Nodes, peer: Peer, tmp_path: Path, bursts: int) -> None:
             seen += 1
             for _ in range(20):
                 peer.send("evaluations", answer)
-            changed = decode("Evaluation", encode(answer))
+            changed = decode(Evaluation, encode(answer))
             changed.reach, changed.torque = 0.0, 0.0
             peer.send("evaluations", changed)
         return optimizer.poll() is not None
@@ -118,7 +118,7 @@ def check_flood(nodes: Nodes, peer: Peer, tmp_path: Path, bursts: int) -> None:
     assert values(bag) == values(quiet)
     study = read_study(bag)
     assert len(study.evaluations) <= N * (16 + 1)
-    joined = {e.evaluator for e in study.evaluators if e.state == message_type("EvaluatorStatus").JOINED}
+    joined = {e.evaluator for e in study.evaluators if e.state == EvaluatorStatus.JOINED}
     assert joined == {"e1"}
     lines = output(optimizer).splitlines()
     assert sum("ignored" in line for line in lines) <= seconds + 2

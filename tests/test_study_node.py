@@ -12,7 +12,7 @@ import pytest
 from nodes import Nodes, children_of, finish, output, told_so_far, values, wait_for
 from rosbags.highlevel import AnyReader
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
 

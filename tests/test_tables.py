@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from studies import mobo
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 from mobo_core.errors import InputError
 from mobo_core.report.table import StudyTable, study_table
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from studies import run_study
 
+from mobo_core.bag.collector import read_study
 from mobo_core.bag.reader import read_bag
-from mobo_core.bag.record import read_study
 from mobo_core.bag.writer import McapFile
 from mobo_core.commands.cli import main
-from mobo_core.messages import decode, encode
+from mobo_core.messages import KINDS, Evaluation, decode, encode
 
 N = 20
 
@@ -39,7 +39,7 @@ def tampered(bag: Path, target: Path, kind: str, change: Callable[[Any], None], 
         data = entry.data
         if entry.kind == kind:
             if seen == which:
-                message = decode(kind, data)
+                message = decode(KINDS[kind], data)
                 change(message)
                 data = encode(message)
             seen += 1
@@ -146,7 +146,7 @@ def test_bad_answer_before_the_good_one_is_no_fault(bag: Path, tmp_path: Path) -
     file = McapFile(target / "copy_0.mcap", content.record)
     for entry in content.entries:
         if entry.kind == "Evaluation":
-            bad = decode("Evaluation", entry.data)
+            bad = decode(Evaluation, entry.data)
             bad.reach = np.nan
             file.write(entry.topic, entry.kind, encode(bad), entry.time_ns)
         file.write(entry.topic, entry.kind, entry.data, entry.time_ns)

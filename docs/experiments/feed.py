@@ -150,7 +150,7 @@ def record(folder: Path, trials: int, settings: Any) -> None:
     from mobo_core.design.description import TIP_LINK
     from mobo_core.design.prepared import PreparedXacro
     from mobo_core.evaluation.spec_message import spec_to_message
-    from mobo_core.messages import make
+    from mobo_core.messages import Candidate, Trial
 
     space, draw = settings.space, random.Random(0)
     xacro, answering = PreparedXacro(space), Answering("earlier", "simulated", simulated_s=0.0)
@@ -165,14 +165,13 @@ def record(folder: Path, trials: int, settings: Any) -> None:
             for name, d in distributions.items()
         }
         design, who = space.design(params), {"study": "feed", "trial": trial, "attempt": 1, "evaluator": "earlier"}
-        candidate = make(
-            "Candidate", **who, sampled_joints=design.sampled_joints, joints=design.joints, lengths=design.lengths,
+        candidate = Candidate(**who, sampled_joints=design.sampled_joints, joints=design.joints, lengths=design.lengths,
             urdf=xacro.to_urdf(design), tip=TIP_LINK, spec=spec, params_json=json.dumps(params),
         )  # fmt: skip
         evaluation = answering.answer(candidate)
         bag.append("candidates", candidate)
         bag.append("evaluations", evaluation)
-        bag.append("trials", make("Trial", **who, reach=evaluation.reach, torque=evaluation.torque))
+        bag.append("trials", Trial(**who, reach=evaluation.reach, torque=evaluation.torque))
     bag.close()
 
 

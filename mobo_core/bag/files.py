@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from mobo_core.errors import InputError, StudyError
-from mobo_core.messages import schema
+from mobo_core.messages import SCHEMA_VERSION, schema
 from mobo_core.outputs import replace_whole
 
 METADATA_FILE = "metadata.yaml"
@@ -74,9 +74,9 @@ class Channel(NamedTuple):
 
 
 @cache
-def channel_of(topic: str, kind: str) -> Channel:
-    """Return the channel of a topic (full name) that carries one of mobo's messages."""
-    described = schema(kind)
+def channel_of(topic: str, kind: str, version: int = SCHEMA_VERSION) -> Channel:
+    """Return the channel of a topic (full name) that carries one of mobo's messages, of a schema version."""
+    described = schema(kind, version)
     qos = yaml.safe_dump([qos_profile(latched=kind == "StudyStatus")], sort_keys=False)
     metadata = (("offered_qos_profiles", qos), ("topic_type_hash", described.type_hash))
     return Channel(topic, described.name, "ros2msg", described.definition.encode(), metadata)

@@ -6,9 +6,10 @@ import json
 from collections import Counter
 from typing import Any
 
-from mobo_core.bag.reader import entries
+from mobo_core.bag.collector import message_of
+from mobo_core.bag.reader import FileContent, entries
 from mobo_core.bag.record import StudyRecord
-from mobo_core.messages import decode, message_type
+from mobo_core.messages import EvaluatorStatus, StudyStatus, Trial
 
 
 def bag_info(study: StudyRecord) -> dict[str, Any]:
@@ -17,14 +18,12 @@ def bag_info(study: StudyRecord) -> dict[str, Any]:
     ``sessions`` counts the runs of the optimizer that recorded something, ``seconds`` is the time the files
     span, breaks between them left out. Of ``trials``, ``open`` are those sent out but not told.
     """
-    kinds = message_type("Trial")
     told = list(study.trials.values())
-    complete = sum(trial.state == kinds.COMPLETE for trial in told)
+    complete = sum(trial.state == Trial.COMPLETE for trial in told)
     sent = {int(candidate.trial) for candidate in study.candidates}
     files = [_file(content) for content in study.contents]
     size = sum(file["bytes"] for file in files)
-    states = message_type("StudyStatus")
-    begun = sum(status.state == states.RUNNING for status in _statuses(study))
+    begun = sum(status.state == StudyStatus.RUNNING for status in _statuses(study))
     topics = Counter(entry.topic for content in study.contents for entry in content.entries)
     return {
         "study": study.name,
@@ -50,13 +49,13 @@ def bag_info(study: StudyRecord) -> dict[str, Any]:
     }
 
 
-def _statuses(study: StudyRecord) -> list[Any]:
+def _statuses(study: StudyRecord) -> list[StudyStatus]:
     """Return the StudyStatus messages: a session begins with one that says RUNNING."""
-    kind = "StudyStatus"
-    return [decode(kind, entry.data) for entry in entries(study.contents) if entry.kind == kind]
+    found = (message_of(entry) for entry in entries(study.contents) if entry.kind == StudyStatus.kind)
+    return [status for status in found if isinstance(status, StudyStatus)]
 
 
-def _file(content: Any) -> dict[str, Any]:
+def _file(content: FileContent) -> dict[str, Any]:
     times = [entry.time_ns for entry in content.entries]
     return {
         "name": content.path.name,
@@ -72,9 +71,8 @@ def _evaluators(study: StudyRecord) -> list[dict[str, Any]]:
     """Return who answered: accepted answers, their share, and what the evaluator said of itself when it joined."""
     accepted = Counter(trial.evaluator for trial in study.trials.values() if trial.evaluator)
     answered = Counter(evaluation.evaluator for evaluation in study.evaluations)
-    states = message_type("EvaluatorStatus")
-    joined = {status.evaluator: status for status in study.evaluators if status.state == states.JOINED}
-    lost = Counter(status.evaluator for status in study.evaluators if status.state == states.LOST)
+    joined = {status.evaluator: status for status in study.evaluators if status.state == EvaluatorStatus.JOINED}
+    lost = Counter(status.evaluator for status in study.evaluators if status.state == EvaluatorStatus.LOST)
     total = sum(accepted.values())
     names = sorted({*accepted, *answered, *joined}, key=lambda name: (-accepted[name], name))
     return [

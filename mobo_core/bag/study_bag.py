@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import os
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
+from mobo_core.bag.collector import past_study
 from mobo_core.bag.files import FileSummary, write_metadata
 from mobo_core.bag.lock import LOCK_FILE, BagLock
 from mobo_core.bag.reader import read_record
-from mobo_core.bag.record import StudyRecord, past_study, settings_of, study_record
+from mobo_core.bag.record import StudyRecord, schema_version_of, settings_of, study_record
 from mobo_core.bag.recover import recover_file
 from mobo_core.bag.writer import McapFile, custom_data, next_file
 from mobo_core.errors import InputError
-from mobo_core.messages import encode
+from mobo_core.messages import SCHEMA_VERSION, Candidate, Message, encode
 from mobo_core.search.study import StudySettings
 
 # The index of a file is held in memory until the file is finished: at most some 8 MB of it.
@@ -51,7 +52,6 @@ class StudyBag:
         self.folder, self.name, self._prefix = folder, name, prefix
         self._files: list[FileSummary] = []  # those that are whole
         self._file: McapFile | None = None
-        self._record = study_record(name, settings)
         check_bag(folder, name, settings, resume=resume)
         try:
             self._lock: BagLock | None = BagLock(folder, node, make=True)
@@ -65,6 +65,8 @@ class StudyBag:
             self._lock.release()
             raise
         self._new = not self._past
+        self._version = SCHEMA_VERSION if self._new else schema_version_of(read_record(folder), str(folder))
+        self._record = study_record(name, settings, self._version)
 
     def take_past(self) -> StudyRecord | None:
         """Return what the bag holds of the study, as :func:`past_study` does, at the first call; else None.
@@ -89,11 +91,17 @@ class StudyBag:
         """Whether this session has written anything."""
         return self._file is not None
 
-    def append(self, topic: str, message: Any) -> bytes:
-        """Append a message to a topic (relative name), flush, and return its CDR bytes."""
+    def append(self, topic: str, message: Message) -> bytes:
+        """Append a message to a topic (relative name), flush, and return its CDR bytes as they are sent."""
         data = encode(message)
-        self.append_raw(topic, message.__msgtype__.rsplit("/", 1)[1], data)
+        self.append_raw(topic, message.kind, data if self._version == SCHEMA_VERSION else self._as_older(message))
         return data
+
+    def _as_older(self, message: Message) -> bytes:
+        """Return a message in the schema that the bag began with: readers take one definition a type."""
+        if isinstance(message, Candidate):
+            message = replace(message, schema_version=self._version)
+        return encode(message, self._version)
 
     def append_raw(self, topic: str, kind: str, data: bytes) -> None:
         """Append CDR bytes as they came."""
@@ -102,7 +110,7 @@ class StudyBag:
             self._files.append(self._file.summary)
             self._file = None
         if self._file is None:
-            self._file = McapFile(next_file(self.folder), self._record)
+            self._file = McapFile(next_file(self.folder), self._record, version=self._version)
         self._file.write(self._prefix + topic, kind, data)
 
     def close(self) -> None:

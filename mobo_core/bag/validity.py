@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 
-from mobo_core.messages import message_type
+from mobo_core.messages import Evaluation, Trial
 
 
-def evaluation_fault(evaluation: Any, n_voxels: int) -> str:
+def evaluation_fault(evaluation: Evaluation, n_voxels: int) -> str:
     """Return what is wrong with the values of an Evaluation, or ""."""
     for name in ("voxel_reach", "voxel_torque", "voxel_torque_sd", "voxel_out_of_range", "voxel_not_converged",
                  "voxel_in_collision"):  # fmt: skip
@@ -29,14 +28,14 @@ def evaluation_fault(evaluation: Any, n_voxels: int) -> str:
     return ""
 
 
-def is_good(evaluation: Any, n_voxels: int) -> bool:
+def is_good(evaluation: Evaluation, n_voxels: int) -> bool:
     """Return whether an Evaluation carries values that may be told."""
-    return evaluation.status == message_type("Evaluation").OK and not evaluation_fault(evaluation, n_voxels)
+    return evaluation.status == Evaluation.OK and not evaluation_fault(evaluation, n_voxels)
 
 
-def values_of(message: Any, objectives: Iterable[str]) -> tuple[float, ...]:
-    """Return the values of these objectives that an Evaluation or a Trial holds, NaN for one that it lacks."""
+def values_of(message: Evaluation | Trial, objectives: Iterable[str]) -> tuple[float, ...]:
+    """Return the values of these objectives that a message holds, NaN for one that it lacks."""
     known = {"reach": message.reach, "torque": message.torque}
-    names, values = getattr(message, "extra_names", ()), getattr(message, "extra_values", ())
-    known |= {name: value for name, value in zip(names, values, strict=False) if name not in known}
-    return tuple(float(known.get(name, math.nan)) for name in objectives)
+    extra = zip(message.extra_names, message.extra_values, strict=False)
+    known |= {name: float(value) for name, value in extra if name not in known}
+    return tuple(known.get(name, math.nan) for name in objectives)

@@ -12,6 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from mobo_core.bag.files import Channel, FileSummary, bag_files, channel_of
 from mobo_core.errors import StudyError
+from mobo_core.messages import SCHEMA_VERSION
 from mobo_core.version import __version__
 
 STUDY_RECORD = "mobo"
@@ -30,6 +31,7 @@ class McapFile:
         path: a file that does not exist yet.
         record: the metadata record named ``mobo``: what the study is.
         chunk_bytes: let chunks grow to so many bytes; 0: a chunk for each message.
+        version: schema version of the messages that :meth:`write` gets.
 
     Attributes:
         path: the file.
@@ -39,8 +41,10 @@ class McapFile:
         StudyError: the file cannot be made or written to (no room, read-only, …).
     """
 
-    def __init__(self, path: Path, record: dict[str, str], chunk_bytes: int = 0) -> None:
-        self.path, self.summary = path, FileSummary(path.name)
+    def __init__(
+        self, path: Path, record: dict[str, str], chunk_bytes: int = 0, version: int = SCHEMA_VERSION
+    ) -> None:
+        self.path, self.summary, self._version = path, FileSummary(path.name), version
         self._channels: dict[Channel, int] = {}
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._chunk_bytes, self._failed = chunk_bytes, False
@@ -70,7 +74,7 @@ class McapFile:
 
     def write(self, topic: str, kind: str, data: bytes, time_ns: int | None = None) -> None:
         """Append one of mobo's messages (CDR bytes) to a topic (full name)."""
-        self.copy(channel_of(topic, kind), data, time.time_ns() if time_ns is None else time_ns)
+        self.copy(channel_of(topic, kind, self._version), data, time.time_ns() if time_ns is None else time_ns)
 
     def copy(self, channel: Channel, data: bytes, time_ns: int) -> None:
         """Append a message of any type as another bag describes it."""

@@ -59,8 +59,8 @@ def add(verbs: Verbs) -> None:
 
 def run_info(args: argparse.Namespace) -> int:
     """Print what a bag holds."""
+    from mobo_core.bag.collector import read_study
     from mobo_core.bag.info import bag_info
-    from mobo_core.bag.record import read_study
 
     with notice(f"reading {args.bag}"):
         study = read_study(args.bag)

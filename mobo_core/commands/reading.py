@@ -18,7 +18,7 @@ def read_bag_argument(bag: str) -> StudyRecord:
     Raises:
         InputError: no bag, or not one of a mobo study.
     """
-    from mobo_core.bag.record import read_study
+    from mobo_core.bag.collector import read_study
 
     with notice(f"reading {bag}"):
         study = read_study(bag)

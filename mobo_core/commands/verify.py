@@ -30,7 +30,7 @@ def add(verbs: Verbs) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Verify and print what differs."""
-    from mobo_core.bag.record import read_study
+    from mobo_core.bag.collector import read_study
     from mobo_core.commands.progress import bar
     from mobo_core.evaluation.kernel.load import kernel
     from mobo_core.verify.verify import verify

@@ -17,7 +17,7 @@ from mobo_core.errors import InputError, UnableError
 from mobo_core.evaluation.result import Engine, Result
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.evaluation.spec_message import spec_from_message
-from mobo_core.messages import SCHEMA_VERSION, UNABLE, make, message_type
+from mobo_core.messages import SCHEMA_VERSION, UNABLE, Candidate, Evaluation
 from mobo_core.version import __version__
 
 AUDIT_POSES = 8
@@ -59,13 +59,12 @@ class Answering:
 
             kernel()
 
-    def answer(self, candidate: Any) -> Any:
+    def answer(self, candidate: Candidate) -> Evaluation:
         """Return the Evaluation of a Candidate.
 
         OK; or REJECTED with the reason if the candidate is bad; or FAILED if this evaluator is unable to answer
         it (the reason then begins with UNABLE), its audit fails or something unforeseen happens.
         """
-        kinds = message_type("Evaluation")
         try:
             if candidate.schema_version != SCHEMA_VERSION:
                 expected = f"{SCHEMA_VERSION}, this evaluator's"
@@ -73,21 +72,21 @@ class Answering:
             spec = spec_from_message(candidate.spec)
             result = self._evaluate(candidate, spec)
         except UnableError as error:
-            return self.refusal(candidate, kinds.FAILED, UNABLE + str(error))
+            return self.refusal(candidate, Evaluation.FAILED, UNABLE + str(error))
         except InputError as error:
-            return self.refusal(candidate, kinds.REJECTED, str(error))
+            return self.refusal(candidate, Evaluation.REJECTED, str(error))
         except Exception as error:
             traceback.print_exc()
-            return self.refusal(candidate, kinds.FAILED, f"{type(error).__name__}: {error}")
+            return self.refusal(candidate, Evaluation.FAILED, f"{type(error).__name__}: {error}")
         if result.audit_fault:
-            return self.refusal(candidate, kinds.FAILED, result.audit_fault)
-        return make("Evaluation", **self._who(candidate), **result_fields(result))
+            return self.refusal(candidate, Evaluation.FAILED, result.audit_fault)
+        return Evaluation(**self._who(candidate), **result_fields(result))
 
-    def refusal(self, candidate: Any, status: int, reason: str) -> Any:
+    def refusal(self, candidate: Candidate, status: int, reason: str) -> Evaluation:
         """Return an Evaluation without values."""
-        return make("Evaluation", **self._who(candidate), status=status, reason=reason[:2000])
+        return Evaluation(**self._who(candidate), status=status, reason=reason[:2000])
 
-    def _who(self, candidate: Any) -> dict[str, Any]:
+    def _who(self, candidate: Candidate) -> dict[str, Any]:
         return {
             "study": candidate.study,
             "trial": candidate.trial,
@@ -97,7 +96,7 @@ class Answering:
             "host_id": host_id(),
         }
 
-    def _evaluate(self, candidate: Any, spec: EvaluationSpec) -> Result:
+    def _evaluate(self, candidate: Candidate, spec: EvaluationSpec) -> Result:
         if self.engine == "simulated":
             return simulated(candidate.urdf, spec, self.simulated_s)
         from mobo_core.evaluation.evaluate import evaluate

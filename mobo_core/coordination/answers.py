@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from mobo_core.bag.validity import evaluation_fault
 from mobo_core.coordination.dispatch import Dispatch
 from mobo_core.errors import InputError
-from mobo_core.messages import decode, message_type
+from mobo_core.messages import Evaluation, EvaluatorStatus, decode
 
 # A heartbeat of so many workers, each with a candidate, is far smaller than so many bytes.
 MAX_WORKERS = 10_000
@@ -15,15 +13,14 @@ MAX_HEARTBEAT_BYTES = 1_000_000
 MAX_NAME = 255
 
 
-def claim_of(evaluation: Any, n_voxels: int) -> tuple[Dispatch, bool, str]:
+def claim_of(evaluation: Evaluation, n_voxels: int) -> tuple[Dispatch, bool, str]:
     """Return which sending an Evaluation answers, whether its trial may be told from it, and what is wrong with it."""
-    kinds = message_type("Evaluation")
-    fault = evaluation_fault(evaluation, n_voxels) if evaluation.status == kinds.OK else ""
-    ok = not fault and evaluation.status in (kinds.OK, kinds.REJECTED)
-    return Dispatch(int(evaluation.trial), int(evaluation.attempt), evaluation.evaluator), ok, fault
+    fault = evaluation_fault(evaluation, n_voxels) if evaluation.status == Evaluation.OK else ""
+    ok = not fault and evaluation.status in (Evaluation.OK, Evaluation.REJECTED)
+    return Dispatch(evaluation.trial, evaluation.attempt, evaluation.evaluator), ok, fault
 
 
-def read_heartbeat(data: bytes) -> Any:
+def read_heartbeat(data: bytes) -> EvaluatorStatus:
     """Return the EvaluatorStatus that CDR bytes hold.
 
     Raises:
@@ -32,7 +29,7 @@ def read_heartbeat(data: bytes) -> Any:
     where = "heartbeat"
     if len(data) > MAX_HEARTBEAT_BYTES:
         raise InputError(f"{len(data)} bytes", where=where, expected=f"at most {MAX_HEARTBEAT_BYTES} bytes")
-    status = decode("EvaluatorStatus", data)
+    status = decode(EvaluatorStatus, data)
     name = status.evaluator
     if not name or len(name) > MAX_NAME or not name.isprintable():
         raise InputError(f"evaluator {name[:40]!r}", where=where, expected=f"a name of 1 to {MAX_NAME} characters")

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
-from mobo_core.messages import make
+from mobo_core.messages import Command
 
 _MAX_SOURCE = 200
 
@@ -47,7 +47,7 @@ class Controls:
         enqueued: trial -> the sampler's parameters of the arm it shall be.
     """
 
-    def __init__(self, study: str, space: DesignSpace, record: Callable[[Any], None]) -> None:
+    def __init__(self, study: str, space: DesignSpace, record: Callable[[Command], None]) -> None:
         self._study, self._space, self._record = study, space, record
         self.paused = self.stopped = False
         self.enqueued: dict[int, dict[str, Any]] = {}
@@ -76,7 +76,7 @@ class Controls:
             return Reply(False, f"all {n_trials} trials are asked or enqueued; a larger n_trials makes room")
         return self._accept("enqueue", trial, source, joints=joints, lengths=design.lengths, params=params)
 
-    def repeat(self, commands: Iterable[Any], asked: int) -> None:
+    def repeat(self, commands: Iterable[Command], asked: int) -> None:
         """Put in force again what a bag's commands say of the trials after the first ``asked``.
 
         A stop is not repeated: it took effect, and to resume the study is the newer wish.
@@ -88,15 +88,15 @@ class Controls:
             if command.command != "stop" and (command.command != "enqueue" or command.trial >= asked):
                 self._apply(command)
 
-    def _accept(self, command: str, trial: int, source: str, **arguments: Any) -> Reply:
-        message = make(
-            "Command", study=self._study, trial=trial, command=command, arguments_json=json.dumps(arguments),
+    def _accept(self, command: str, trial: int, source: str, **arguments: object) -> Reply:
+        message = Command(
+            study=self._study, trial=trial, command=command, arguments_json=json.dumps(arguments),
             source=source[:_MAX_SOURCE],
         )  # fmt: skip
         self._record(message)
         return Reply(True, self._apply(message), trial)
 
-    def _apply(self, command: Any) -> str:
+    def _apply(self, command: Command) -> str:
         if command.command == "pause":
             self.paused = True
             return "paused: what is sent out is finished, nothing new goes out"
@@ -110,7 +110,7 @@ class Controls:
         return "stopping; resume:=true goes on"
 
 
-def enqueued_params(command: Any) -> dict[str, Any]:
+def enqueued_params(command: Command) -> dict[str, Any]:
     """Return the sampler's parameters that an enqueue Command holds.
 
     Raises:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answers import claim_of, read_heartbeat
 from mobo_core.coordination.control import Controls
@@ -17,7 +19,7 @@ from mobo_core.design.description import TIP_LINK
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec_message import spec_to_message
-from mobo_core.messages import UNABLE, decode, encode, make, message_type
+from mobo_core.messages import UNABLE, Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial, decode
 from mobo_core.search.front import RunningFront
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 
@@ -63,11 +65,11 @@ class Optimizer:
         self._spec_message = spec_to_message(settings.spec)
         self._xacro, self._front = PreparedXacro(settings.space), RunningFront(settings.aims)
         self._urdfs: dict[int, str] = {}
-        self._answers: dict[int, Any] = {}  # trial -> Trial message, waiting for its turn
-        self._evaluations: dict[int, Any] = {}  # trial -> accepted Evaluation, likewise
+        self._answers: dict[int, Trial] = {}  # by trial, waiting for its turn
+        self._evaluations: dict[int, Evaluation] = {}  # trial -> accepted Evaluation, likewise
         self._unused_of: dict[int, int] = {}
         self.answers = self.answers_unused = self.resent = self.failed = 0
-        self.best: tuple[Any, str] | None = None  # Evaluation and URDF of the highest reach
+        self.best: tuple[Evaluation, str] | None = None  # Evaluation and URDF of the highest reach
         if (past := bag.take_past()) is not None:
             self._replay(past)
 
@@ -79,8 +81,7 @@ class Optimizer:
     @property
     def state(self) -> int:
         """The StudyStatus state of a study that is not over."""
-        states = message_type("StudyStatus")
-        return int(states.PAUSED if self.controls.paused else states.RUNNING)
+        return StudyStatus.PAUSED if self.controls.paused else StudyStatus.RUNNING
 
     def on_evaluator(self, data: bytes, now: float) -> None:
         """Take a heartbeat (CDR bytes of an EvaluatorStatus)."""
@@ -89,21 +90,20 @@ class Optimizer:
         except InputError as error:
             self._warn(f"heartbeat ignored: {error}")
             return
-        kinds = message_type("EvaluatorStatus")
         name = status.evaluator
-        if status.state == kinds.LEFT:
+        if status.state == EvaluatorStatus.LEFT:
             if name in self._dispatcher.evaluators:
-                self._record_evaluator(status, kinds.LEFT)
+                self._record_evaluator(status, EvaluatorStatus.LEFT)
                 self._log(f"{name} left")
             self._dispatcher.left(name)
-        elif status.state == kinds.ALIVE:
+        elif status.state == EvaluatorStatus.ALIVE:
             holds = [
                 (int(trial), int(attempt))
                 for study, trial, attempt in zip(status.studies, status.trials, status.attempts, strict=True)
                 if study == self._bag.name
             ]
             if self._dispatcher.heard(name, int(status.workers), holds, now):
-                self._record_evaluator(status, kinds.JOINED)
+                self._record_evaluator(status, EvaluatorStatus.JOINED)
                 self._log(f"{name} joined: {status.workers} workers, {status.engine}, mobo {status.mobo_version}")
         self.tick(now)
 
@@ -111,7 +111,7 @@ class Optimizer:
         """Take an answer (CDR bytes of an Evaluation): recorded, judged, and if it is its trial's first, used."""
         self.answers += 1
         try:
-            evaluation = decode("Evaluation", data)
+            evaluation = decode(Evaluation, data)
         except InputError as error:
             self.answers_unused += 1
             self._warn(f"answer ignored: {error}")
@@ -135,7 +135,7 @@ class Optimizer:
         """Do all there is to do: tell, ask, send out."""
         lost, exhausted = self._dispatcher.expire(now)
         for name in lost:
-            self._record_evaluator(make("EvaluatorStatus", evaluator=name), message_type("EvaluatorStatus").LOST)
+            self._record_evaluator(EvaluatorStatus(evaluator=name), EvaluatorStatus.LOST)
             self._warn(f"{name} lost: its candidates go to others")
         for trial in exhausted:
             self._give_up(trial, "timed out on every attempt")
@@ -152,10 +152,9 @@ class Optimizer:
         for dispatch in self._dispatcher.next_dispatches(now):
             self._send(dispatch)
 
-    def status(self, state: int, reason: str = "") -> Any:
+    def status(self, state: int, reason: str = "") -> StudyStatus:
         """Return the study's StudyStatus."""
-        return make(
-            "StudyStatus",
+        return StudyStatus(
             study=self._bag.name,
             state=state,
             reason=reason,
@@ -178,7 +177,7 @@ class Optimizer:
         """Put the study's status into the bag; return it as CDR bytes."""
         return self._bag.append("study", self.status(state, reason))
 
-    def _replay(self, past: Any) -> None:
+    def _replay(self, past: StudyRecord) -> None:
         """Bring the study to where its bag left it."""
         sent: dict[int, set[Dispatch]] = {}
         params: dict[int, dict[str, Any]] = {}
@@ -208,7 +207,7 @@ class Optimizer:
         if self.controls.paused:
             self._log("paused, as it was when it ended; `ros2 run mobo control resume` goes on")
 
-    def _retell(self, past: Any) -> None:
+    def _retell(self, past: StudyRecord) -> None:
         number = len(self.study.told)
         if number not in past.trials:
             raise InputError(f"trial {number} was never told", where=str(past.path), expected="trials in order")
@@ -227,15 +226,14 @@ class Optimizer:
 
     def _send(self, dispatch: Dispatch) -> None:
         asked = self.study.asked[dispatch.trial]
-        candidate = make(
-            "Candidate",
+        candidate = Candidate(
             study=self._bag.name,
             trial=dispatch.trial,
             attempt=dispatch.attempt,
             evaluator=dispatch.evaluator,
             sampled_joints=asked.design.sampled_joints,
             joints=asked.design.joints,
-            lengths=asked.design.lengths,
+            lengths=np.array(asked.design.lengths),
             urdf=self._urdfs[dispatch.trial],
             tip=TIP_LINK,
             spec=self._spec_message,
@@ -244,15 +242,14 @@ class Optimizer:
         self.resent += dispatch.attempt > 1
         self._publish("candidates", self._bag.append("candidates", candidate))
 
-    def _judge(self, evaluation: Any, now: float) -> bool:
+    def _judge(self, evaluation: Evaluation, now: float) -> bool:
         """Let the dispatcher judge an answer; return whether it changed anything."""
-        kinds = message_type("Evaluation")
         dispatch, ok, fault = claim_of(evaluation, self.settings.spec.n_voxels)
-        unable = evaluation.status == kinds.FAILED and evaluation.reason.startswith(UNABLE)
+        unable = evaluation.status == Evaluation.FAILED and evaluation.reason.startswith(UNABLE)
         verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable)
         reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
         if verdict is Verdict.ACCEPTED:
-            failed = evaluation.status == kinds.REJECTED
+            failed = evaluation.status == Evaluation.REJECTED
             self._answer(evaluation, f"rejected: {reason}" if failed else "")
         elif verdict is Verdict.EXHAUSTED:
             self._answer(evaluation, reason)
@@ -260,13 +257,11 @@ class Optimizer:
             self._warn(f"trial {dispatch.trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason[:2000]}")
         return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
 
-    def _answer(self, evaluation: Any, failure: str) -> None:
-        kinds = message_type("Trial")
-        self._answers[int(evaluation.trial)] = make(
-            "Trial",
+    def _answer(self, evaluation: Evaluation, failure: str) -> None:
+        self._answers[int(evaluation.trial)] = Trial(
             study=self._bag.name,
             trial=evaluation.trial,
-            state=kinds.FAIL if failure else kinds.COMPLETE,
+            state=Trial.FAIL if failure else Trial.COMPLETE,
             attempt=evaluation.attempt,
             evaluator=evaluation.evaluator,
             reach=math.nan if failure else evaluation.reach,
@@ -277,10 +272,11 @@ class Optimizer:
             self._evaluations[int(evaluation.trial)] = evaluation
 
     def _give_up(self, trial: int, reason: str) -> None:
-        fields = {"trial": trial, "state": message_type("Trial").FAIL, "reach": math.nan, "torque": math.nan}
-        self._answers[trial] = make("Trial", study=self._bag.name, reason=reason, **fields)
+        self._answers[trial] = Trial(
+            study=self._bag.name, trial=trial, state=Trial.FAIL, reach=math.nan, torque=math.nan, reason=reason
+        )
 
-    def _tell(self, trial: Any) -> None:
+    def _tell(self, trial: Trial) -> None:
         self._publish("trials", self._bag.append("trials", trial))
         told = _told(trial)
         self._count(told)
@@ -291,16 +287,14 @@ class Optimizer:
         elif evaluation is not None and (self.best is None or evaluation.reach > self.best[0].reach):
             self.best = (evaluation, urdf)
 
-    def _record_command(self, command: Any) -> None:
+    def _record_command(self, command: Command) -> None:
         self._publish("commands", self._bag.append("commands", command))
 
-    def _record_evaluator(self, status: Any, state: int) -> None:
-        event = decode("EvaluatorStatus", encode(status))
-        event.state = state
-        event.studies, event.trials, event.attempts = [], np.empty(0, np.uint32), np.empty(0, np.uint32)
-        self._bag.append("evaluators", event)
+    def _record_evaluator(self, status: EvaluatorStatus, state: int) -> None:
+        none = np.empty(0, np.uint32)
+        self._bag.append("evaluators", replace(status, state=state, studies=[], trials=none, attempts=none))
 
 
-def _told(trial: Any) -> Told:
-    complete = trial.state == message_type("Trial").COMPLETE
-    return Told(int(trial.trial), (float(trial.reach), float(trial.torque)) if complete else None)
+def _told(trial: Trial) -> Told:
+    complete = trial.state == Trial.COMPLETE
+    return Told(trial.trial, (trial.reach, trial.torque) if complete else None)

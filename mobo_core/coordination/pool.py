@@ -12,10 +12,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
-from typing import Any
 
 from mobo_core.coordination.answer import Answering
-from mobo_core.messages import encode, message_type
+from mobo_core.messages import Candidate, Evaluation, encode
 
 # A worker that dies while it starts, this many times in a row, will not come up at all.
 _MAX_FAILED_STARTS = 3
@@ -26,7 +25,7 @@ class _Worker:
     process: subprocess.Popen[bytes]
     connection: Connection
     ready: bool = False
-    candidate: Any = None
+    candidate: Candidate | None = None
     since: float = field(default=0.0)
 
 
@@ -53,7 +52,7 @@ class WorkerPool:
         self._timeout_s, self._memory_mb, self._clock = timeout_s, memory_mb, clock
         self._failed_starts = 0
         self.restarts = 0  # workers replaced so far
-        self._waiting: list[Any] = []
+        self._waiting: list[Candidate] = []
         self._selector = selectors.DefaultSelector()
         self._workers = [self._start() for _ in range(workers)]
 
@@ -71,12 +70,12 @@ class WorkerPool:
         """Process ids of the workers."""
         return [worker.process.pid for worker in self._workers]
 
-    def held(self) -> list[Any]:
+    def held(self) -> list[Candidate]:
         """Return the candidates that are being answered or wait for a worker."""
         return [w.candidate for w in self._workers if w.candidate is not None] + list(self._waiting)
 
-    def submit(self, candidate: Any) -> None:
-        """Take a candidate (a Candidate message); it waits if all workers are busy."""
+    def submit(self, candidate: Candidate) -> None:
+        """Take a candidate; it waits if all workers are busy."""
         self._waiting.append(candidate)
         self._feed()
 
@@ -85,7 +84,7 @@ class WorkerPool:
         """Number of candidates that wait for a worker."""
         return len(self._waiting)
 
-    def drop(self, keep: Callable[[Any], bool]) -> None:
+    def drop(self, keep: Callable[[Candidate], bool]) -> None:
         """Forget the waiting candidates that ``keep`` does not hold for."""
         self._waiting = [candidate for candidate in self._waiting if keep(candidate)]
 
@@ -163,8 +162,7 @@ class WorkerPool:
         if worker.candidate is None:
             return []
         reason = reason or (f"worker died of signal {-code}" if code < 0 else f"worker ended with code {code}")
-        failed = message_type("Evaluation").FAILED
-        return [encode(self.answering.refusal(worker.candidate, failed, reason))]
+        return [encode(self.answering.refusal(worker.candidate, Evaluation.FAILED, reason))]
 
     def _feed(self) -> None:
         for worker in self._workers:

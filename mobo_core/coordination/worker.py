@@ -24,14 +24,14 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the evaluator decides
     connection = Connection(descriptor)
     from mobo_core.coordination.answer import Answering
-    from mobo_core.messages import decode, encode
+    from mobo_core.messages import Candidate, decode, encode
 
     try:
         answering: Answering = connection.recv()
         answering.load()
         connection.send_bytes(b"ready")
         while True:
-            candidate = decode("Candidate", connection.recv_bytes())
+            candidate = decode(Candidate, connection.recv_bytes())
             connection.send_bytes(encode(answering.answer(candidate)))
     except (EOFError, BrokenPipeError, ConnectionResetError):
         pass

@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from mobo_core.errors import UnableError
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.messages import make
+from mobo_core.messages import SpecMessage
+
+# Fields that are reserved: what they hold in a question that asks nothing of them.
+_RESERVED = ("rules", "payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles", "target_poses")
+_NEUTRAL = SpecMessage()
 
 
-def spec_to_message(spec: EvaluationSpec) -> Any:
+def spec_to_message(spec: EvaluationSpec) -> SpecMessage:
     """Return a spec as the message ``EvaluationSpec``."""
-    return make("EvaluationSpec", **spec.model_dump())
+    return SpecMessage(**spec.model_dump())
 
 
-def spec_from_message(message: Any) -> EvaluationSpec:
+def spec_from_message(message: SpecMessage) -> EvaluationSpec:
     """Return the spec that a message holds, checked.
 
     Raises:
+        UnableError: a reserved field asks for something.
         InputError: a field that does not fit.
     """
+    for name in _RESERVED:
+        asked, neutral = np.asarray(getattr(message, name)), np.asarray(getattr(_NEUTRAL, name))
+        if not np.array_equal(asked, neutral):
+            expected = f"{neutral.tolist()}, all that this version knows"
+            raise UnableError(f"{name} = {asked.tolist()!s:.60}", where="spec", expected=expected)
     values = {}
     for name in EvaluationSpec.model_fields:
         value = getattr(message, name)

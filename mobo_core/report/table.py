@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.validity import values_of
 from mobo_core.design.catalogue import known_arms
 from mobo_core.frames import data_frame
-from mobo_core.messages import message_type
+from mobo_core.messages import Trial
 from mobo_core.report.columns import Columns, table_columns
 from mobo_core.report.row import Row, rank
 from mobo_core.search.front import Aims, hypervolume, pareto_front
@@ -96,7 +96,6 @@ class StudyTable:
 
 def study_table(study: StudyRecord) -> StudyTable:
     """Return the table of a study."""
-    complete_state = message_type("Trial").COMPLETE
     numbers = sorted(study.trials)
     trials = [study.trials[number] for number in numbers]
     settings = study.settings
@@ -104,36 +103,36 @@ def study_table(study: StudyRecord) -> StudyTable:
     for trial in trials:
         found = values_of(trial, settings.objectives)
         # A record of the bag may claim anything: values that are not numbers count as none.
-        if trial.state == complete_state and all(map(math.isfinite, (trial.reach, trial.torque, *found))):
-            values[int(trial.trial)] = found
+        if trial.state == Trial.COMPLETE and all(map(math.isfinite, (trial.reach, trial.torque, *found))):
+            values[trial.trial] = found
     complete = list(values)
     on_front = {complete[i] for i in pareto_front(list(values.values()), settings.aims)}
     rows = [
-        _row(study, trial, values.get(int(trial.trial), ()), int(trial.trial) in on_front) for trial in trials
+        _row(study, trial, values.get(trial.trial, ()), trial.trial in on_front) for trial in trials
     ]
     return StudyTable(tuple(rows), settings.space.n_joints, settings.spec.n_voxels, settings.aims)
 
 
-def _row(study: StudyRecord, told: Any, values: tuple[float, ...], on_front: bool) -> Row:
+def _row(study: StudyRecord, told: Trial, values: tuple[float, ...], on_front: bool) -> Row:
     complete, objectives = bool(values), study.settings.objectives
-    number = int(told.trial)
+    number = told.trial
     candidate, evaluation = study.candidate_of(number), study.accepted(number)
-    joints = str(candidate.joints) if candidate is not None else ""
+    joints = candidate.joints if candidate is not None else ""
     return Row(
         trial=number,
         complete=complete,
         joints=joints,
-        sampled_joints=str(candidate.sampled_joints) if candidate is not None else "",
+        sampled_joints=candidate.sampled_joints if candidate is not None else "",
         lengths=tuple(float(length) for length in candidate.lengths) if candidate is not None else (),
-        reach=float(told.reach) if complete else math.nan,
-        torque=float(told.torque) if complete else math.nan,
+        reach=told.reach if complete else math.nan,
+        torque=told.torque if complete else math.nan,
         on_front=on_front,
         above_floor=complete and bool(told.reach >= REACH_FLOOR_SHARE * study.settings.spec.n_voxels),
         known_as=tuple(known_arms(joints)),
-        attempt=int(told.attempt),
-        evaluator=str(told.evaluator),
-        seconds=float(evaluation.seconds) if evaluation is not None else math.nan,
-        reason=str(told.reason),
+        attempt=told.attempt,
+        evaluator=told.evaluator,
+        seconds=evaluation.seconds if evaluation is not None else math.nan,
+        reason=told.reason,
         values=values,
         extra=tuple(pair for pair in zip(objectives, values, strict=False) if pair[0] not in ("reach", "torque")),
     )

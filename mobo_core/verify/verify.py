@@ -15,7 +15,7 @@ from mobo_core.coordination.control import enqueued_params
 from mobo_core.design import Design, to_urdf
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec_message import spec_to_message
-from mobo_core.messages import encode, message_type
+from mobo_core.messages import Evaluation, Trial, encode
 from mobo_core.search.study import OrderedStudy, Told
 
 _COMPARED = (
@@ -161,21 +161,20 @@ def _first_difference(found: str, expected: str) -> str:
 
 
 def _told(study: StudyRecord) -> Iterator[Fault]:
-    kinds, answers = message_type("Trial"), message_type("Evaluation")
     sent = {(int(c.trial), int(c.attempt), c.evaluator) for c in study.candidates}
     for number in range(max(study.trials, default=-1) + 1):
         trial = study.trials.get(number)
         if trial is None:
             yield Fault(number, "trial", "was never told, though later ones were")
             continue
-        if trial.state != kinds.COMPLETE:
+        if trial.state != Trial.COMPLETE:
             if number in study.denied:
                 yield Fault(number, "state", "told as failed, though a good answer had come")
             continue
         if (number, int(trial.attempt), trial.evaluator) not in sent:
             yield Fault(number, "attempt", f"attempt {trial.attempt} on {trial.evaluator} was never sent out")
         evaluation = study.accepted(number)
-        if evaluation is None or evaluation.status != answers.OK:
+        if evaluation is None or evaluation.status != Evaluation.OK:
             yield Fault(number, "evaluation", "no good answer of the attempt it names")
             continue
         for field in ("reach", "torque"):
@@ -188,14 +187,13 @@ def _designs(study: StudyRecord, n: int) -> Iterator[Fault | None]:
     """Ask the sampler for every trial again; yield a fault or None for each."""
     again = OrderedStudy(study.settings)
     enqueued = {int(c.trial): c for c in study.commands if c.command == "enqueue"}
-    complete = message_type("Trial").COMPLETE
     for number in range(n):
         while not again.may_ask():
             told = study.trials.get(len(again.told))
             if told is None:
                 yield Fault(number, "design", f"asked before trial {len(again.told)} was told")
                 return
-            values = (float(told.reach), float(told.torque)) if told.state == complete else None
+            values = (float(told.reach), float(told.torque)) if told.state == Trial.COMPLETE else None
             again.tell(Told(len(again.told), values))
         candidate = study.candidate_of(number)
         if candidate is None:
@@ -232,7 +230,7 @@ def _evaluation_jobs(study: StudyRecord) -> list[_Job]:
     spec_json = study.settings.spec.to_json()
     for number in sorted(study.trials):
         evaluation, candidate = study.accepted(number), study.candidate_of(number)
-        if evaluation is None or candidate is None or evaluation.status != message_type("Evaluation").OK:
+        if evaluation is None or candidate is None or evaluation.status != Evaluation.OK:
             continue
         recorded = {name: getattr(evaluation, name) for name in _COMPARED}
         jobs.append(_Job(number, candidate.urdf, candidate.tip, spec_json, recorded))

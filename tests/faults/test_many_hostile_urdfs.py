@@ -11,7 +11,7 @@ from peer import Peer
 from test_hostile_candidates import check_mutated
 from test_strangers import check_flood
 
-from mobo_core.messages import message_type
+from mobo_core.messages import Evaluation
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(900)]
 
@@ -24,7 +24,7 @@ def test_a_thousand_mutated_urdfs(nodes: Nodes, peer: Peer) -> None:
         check_mutated(peer, 300, seed)
         peer.heard.clear()
     (good,) = answers_to(peer, [candidate(100_000, "e1")]).values()
-    assert good.status == message_type("Evaluation").OK
+    assert good.status == Evaluation.OK
     assert children_of(evaluator.pid) == workers, output(evaluator)
 
 

@@ -16,7 +16,7 @@ from hosts import MULTICAST, RANDOM_5_PERCENT, Hosts, address
 from nodes import Nodes, finish, output, told_so_far, values, wait_for
 from test_split_network import TPE, hosts, lost_and_joined, undisturbed
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(900)]
 __all__ = ["hosts"]

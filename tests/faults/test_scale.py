@@ -12,7 +12,7 @@ import pytest
 from nodes import Nodes, children_of, output, wait_for
 
 from mobo_core.bag.reader import read_bag
-from mobo_core.messages import decode, message_type
+from mobo_core.messages import KINDS, EvaluatorStatus, decode
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(400)]
 
@@ -26,7 +26,7 @@ def _recorded(bag: Path, kind: str) -> Iterator[tuple[float, Any]]:
     for content in read_bag(bag):
         for entry in content.entries:
             if entry.kind == kind:
-                yield entry.time_ns / 1e9, decode(kind, entry.data)
+                yield entry.time_ns / 1e9, decode(KINDS[kind], entry.data)
 
 
 def _cpu_s(pid: int) -> float:
@@ -60,7 +60,7 @@ def test_thirty_two_evaluators_start_within_20_s_and_keep_95_percent_of_the_idea
     optimizer = nodes.optimizer(bag, n_trials=100_000, in_flight=2 * EVALUATORS)
     parameters = {"engine": "simulated", "simulated_s": WORK_S, "workers": 1}
     evaluators = [nodes.start("evaluator", f"__node:=e{i}", **parameters) for i in range(EVALUATORS)]
-    joined = message_type("EvaluatorStatus").JOINED
+    joined = EvaluatorStatus.JOINED
 
     def joins() -> list[float]:
         if not list(bag.glob("*.mcap")):

@@ -9,7 +9,7 @@ import pytest
 from nodes import Nodes, finish, output, told_so_far, values, wait_for
 from test_killed_evaluators import N, events, simulated_evaluator, study_so_far, undisturbed
 
-from mobo_core.bag.record import read_study
+from mobo_core.bag.collector import read_study
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
 

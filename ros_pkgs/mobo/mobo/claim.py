@@ -11,7 +11,6 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.event_handler import QoSLivelinessChangedInfo, SubscriptionEventCallbacks
@@ -21,11 +20,12 @@ from rclpy.publisher import Publisher
 from rclpy.qos import LivelinessPolicy, QoSProfile
 
 from mobo.runtime import Stop, qos, subscribe
+from mobo_core import messages
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import host_id
 from mobo_core.coordination.claim import Claim, Claimant, in_use
 from mobo_core.errors import InputError, InUseError
-from mobo_core.messages import decode, encode, make
+from mobo_core.messages import decode, encode
 from mobo_msgs.msg import OptimizerStatus
 
 _REPEAT_S = 0.1
@@ -51,8 +51,7 @@ class NamespaceClaim:
     def __init__(self, node: Node, study: str, bag: Path, lease_s: float) -> None:
         self._node = node
         self._where = f"namespace {node.get_namespace()}"
-        self._message = make(
-            "OptimizerStatus",
+        self._message = messages.OptimizerStatus(
             optimizer=node.get_fully_qualified_name(),
             study=study,
             bag=str(bag),
@@ -131,12 +130,11 @@ class NamespaceClaim:
 
 def _read(data: bytes) -> Claimant | None:
     try:
-        message = decode("OptimizerStatus", data)
+        message = decode(messages.OptimizerStatus, data)
     except InputError:
         return None
     return _claimant(message)
 
 
-def _claimant(message: Any) -> Claimant:
-    since = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-    return Claimant(since, message.host_id, int(message.pid), message.optimizer)
+def _claimant(message: messages.OptimizerStatus) -> Claimant:
+    return Claimant(message.header.time_ns, message.host_id, message.pid, message.optimizer)

@@ -8,19 +8,21 @@ import socket
 import sys
 import threading
 
+import numpy as np
 from rclpy.executors import Executor
 from rclpy.node import Node
 
 from mobo.diagnostics import publish_health
 from mobo.parameters import declare
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, light_executor, run, subscribe
+from mobo_core import messages
 from mobo_core.coordination.answer import Answering, host_id
 from mobo_core.coordination.health import Health, evaluator_health
 from mobo_core.coordination.options import EvaluatorOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InputError, StudyError
-from mobo_core.messages import address, decode, encode, make, message_type
+from mobo_core.messages import address, decode, encode
 from mobo_core.version import __version__
 from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, Trial
 
@@ -41,7 +43,6 @@ class _Evaluator:
         self._announced = False
         self.collected = threading.Event()
         self.failure: Exception | None = None
-        self._kinds = message_type("EvaluatorStatus")
         self._evaluations = node.create_publisher(Evaluation, "evaluations", MESSAGES_QOS)
         self._status = node.create_publisher(EvaluatorStatus, "evaluators", MESSAGES_QOS)
         subscribe(node, Candidate, "candidates", self._on_candidate, CANDIDATES_QOS)
@@ -59,7 +60,7 @@ class _Evaluator:
         try:
             if address(data).evaluator != self._node.get_name():
                 return
-            candidate = decode("Candidate", data)
+            candidate = decode(messages.Candidate, data)
         except InputError as error:
             self._node.get_logger().warning(f"candidate ignored: {error}", throttle_duration_sec=1.0)
             return
@@ -72,7 +73,7 @@ class _Evaluator:
         if not self._pool.waiting:
             return
         try:
-            told = decode("Trial", data)
+            told = decode(messages.Trial, data)
         except InputError:
             return
         self._pool.drop(lambda c: not (c.study == told.study and c.trial == told.trial))
@@ -100,25 +101,24 @@ class _Evaluator:
     def beat(self) -> None:
         """Say that this evaluator is there, and what it holds; not before a worker can work."""
         if self._announced:
-            self._publish(self._kinds.ALIVE)
+            self._publish(messages.EvaluatorStatus.ALIVE)
 
     def leave(self) -> None:
         """Say goodbye, so that its candidates go elsewhere at once."""
         if self._announced:
-            self._publish(self._kinds.LEFT)
+            self._publish(messages.EvaluatorStatus.LEFT)
 
     def _publish(self, state: int) -> None:
-        held = self._pool.held() if state == self._kinds.ALIVE else []
-        status = make(
-            "EvaluatorStatus",
+        held = self._pool.held() if state == messages.EvaluatorStatus.ALIVE else []
+        status = messages.EvaluatorStatus(
             evaluator=self._node.get_name(),
             state=state,
             workers=len(self._pool),
             threads=self._options.threads,
             engine=self._options.engine,
             studies=[candidate.study for candidate in held],
-            trials=[candidate.trial for candidate in held],
-            attempts=[candidate.attempt for candidate in held],
+            trials=np.array([candidate.trial for candidate in held], np.uint32),
+            attempts=np.array([candidate.attempt for candidate in held], np.uint32),
             answered=self._answered,
             mobo_version=__version__,
             host_id=host_id(),

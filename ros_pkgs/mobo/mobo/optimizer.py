@@ -16,6 +16,7 @@ from mobo.parameters import declare
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run, subscribe
 from mobo.services import offer_services
 from mobo.viewer import BestArm
+from mobo_core import messages
 from mobo_core.bag.study_bag import StudyBag, check_bag
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.health import StudyHealth
@@ -23,7 +24,7 @@ from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.errors import MoboError
-from mobo_core.messages import encode, message_type
+from mobo_core.messages import encode
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 
 HELP = help_text(
@@ -77,7 +78,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
             warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
         )  # fmt: skip
-        states, clock, best = message_type("StudyStatus"), time.monotonic, BestArm(node)
+        states, clock, best = messages.StudyStatus, time.monotonic, BestArm(node)
 
         def report() -> None:
             publishers["study"].publish(encode(optimizer.status(optimizer.state)))
@@ -117,7 +118,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         with contextlib.suppress(MoboError):
             bag.close()
         if optimizer is not None and isinstance(error, MoboError):
-            publishers["study"].publish(encode(optimizer.status(message_type("StudyStatus").FAILED, str(error))))
+            publishers["study"].publish(encode(optimizer.status(messages.StudyStatus.FAILED, str(error))))
             publishers["study"].wait_for_all_acked(Duration(seconds=1))
         raise
 

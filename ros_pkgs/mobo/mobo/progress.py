@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from mobo_core.messages import message_type
+from mobo_core.messages import StudyStatus
 
 _LINE_EVERY_S = 5.0
 
@@ -31,7 +30,7 @@ class StudyProgress:
         else:
             self._console.print(f"{study}: starting the optimizer and evaluators …")
 
-    def show(self, status: Any) -> None:
+    def show(self, status: StudyStatus) -> None:
         """Show a StudyStatus message."""
         if not status.told and not status.evaluators:
             text = "waiting for evaluators …"
@@ -40,7 +39,7 @@ class StudyProgress:
                 f"reach {status.best_reach:.1f}  hypervolume {status.hypervolume:.4f}  "
                 f"front {status.front_size}  {status.evaluators} evaluators"
             )
-        if status.state == message_type("StudyStatus").PAUSED:
+        if status.state == StudyStatus.PAUSED:
             text = f"paused  {text}"
         if status.failed:
             text += f"  {status.failed} failed"
@@ -48,7 +47,7 @@ class StudyProgress:
             self._bar.update(self._task, completed=status.told, total=status.n_trials, text=text)
             return
         now = time.monotonic()
-        over = status.state == message_type("StudyStatus").DONE
+        over = status.state == StudyStatus.DONE
         if status.told != self._last_told and (over or now - self._last_line > _LINE_EVERY_S):
             self._last_line, self._last_told = now, status.told
             self._console.print(f"{self._study}: {status.told}/{status.n_trials}  {text}")

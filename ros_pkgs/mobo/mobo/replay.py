@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.executors import Executor
@@ -13,12 +12,14 @@ from rclpy.node import Node
 from mobo.parameters import declare
 from mobo.runtime import Stop, qos, run
 from mobo.viewer import BestArm
+from mobo_core import messages
+from mobo_core.bag.collector import message_of, read_study
 from mobo_core.bag.reader import entries
-from mobo_core.bag.record import StudyRecord, read_study
+from mobo_core.bag.record import StudyRecord
 from mobo_core.coordination.options import ReplayOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.errors import InputError
-from mobo_core.messages import TOPICS, decode
+from mobo_core.messages import TOPICS, encode
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 
 HELP = help_text(
@@ -47,14 +48,14 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
     # Latched: a viewer that asks for it gets what was played before it came.
     kept = qos(1000, latched=True)
     publishers = {
-        topic: node.create_publisher(_TYPES[kind], f"replay/{topic}", kept) for topic, kind in TOPICS.items()
+        topic: node.create_publisher(_TYPES[cls.kind], f"replay/{topic}", kept) for topic, cls in TOPICS.items()
     }
     best, best_reach = BestArm(node, "replay/"), -1.0
     _pause(executor, stop, _DISCOVERY_S)
     began, first_ns, played = time.monotonic(), None, 0
     for entry in entries(study.contents):
         topic = entry.topic.rsplit("/", 1)[-1]
-        if TOPICS.get(topic) != entry.kind:
+        if topic not in TOPICS or TOPICS[topic].kind != entry.kind or (message := message_of(entry)) is None:
             continue
         first_ns = entry.time_ns if first_ns is None else first_ns
         if options.rate > 0:
@@ -63,10 +64,10 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         if stop:
             node.get_logger().info(f"stopped after {played} messages")
             return 1
-        publishers[topic].publish(entry.data)
+        publishers[topic].publish(encode(message))  # an older bag's message in today's schema
         played += 1
-        if entry.kind == "Trial":
-            best_reach = _show_best(study, decode("Trial", entry.data), best, best_reach)
+        if isinstance(message, messages.Trial):
+            best_reach = _show_best(study, message, best, best_reach)
     for publisher in publishers.values():
         publisher.wait_for_all_acked(Duration(seconds=5))
     node.get_logger().info(f"played {played} messages of {options.bag}")
@@ -79,14 +80,14 @@ def _pause(executor: Executor, stop: Stop, seconds: float) -> None:
         executor.spin_once(timeout_sec=min(left, 0.1))
 
 
-def _show_best(study: StudyRecord, trial: Any, best: BestArm, best_reach: float) -> float:
+def _show_best(study: StudyRecord, trial: messages.Trial, best: BestArm, best_reach: float) -> float:
     """Show the arm of a trial if it reaches more than all before; return the highest reach so far."""
-    evaluation = study.accepted(int(trial.trial))
-    candidate = study.candidate_of(int(trial.trial))
+    evaluation = study.accepted(trial.trial)
+    candidate = study.candidate_of(trial.trial)
     if evaluation is None or candidate is None or not trial.reach > best_reach:
         return best_reach
     best.show(evaluation, candidate.urdf, study.settings.spec)
-    return float(trial.reach)
+    return trial.reach
 
 
 def main() -> int:

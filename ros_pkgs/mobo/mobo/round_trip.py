@@ -8,7 +8,8 @@ import sys
 import time
 
 from mobo.runtime import MESSAGES_QOS, subscribe
-from mobo_core.messages import decode, encode, make
+from mobo_core import messages
+from mobo_core.messages import decode, encode
 from mobo_msgs.msg import EvaluatorStatus
 
 import rclpy  # isort: skip  # after runtime, which keeps the discovery on this host
@@ -36,10 +37,10 @@ def main() -> int:
     while time.monotonic() < until and len(times) < _EXCHANGES:
         back.clear()
         sent = time.monotonic()
-        out.publish(encode(make("EvaluatorStatus", evaluator=name)))
+        out.publish(encode(messages.EvaluatorStatus(evaluator=name)))
         while not back and time.monotonic() < sent + 0.5:
             executor.spin_once(timeout_sec=0.5)
-        if back and decode("EvaluatorStatus", back[0]).evaluator == name:
+        if back and decode(messages.EvaluatorStatus, back[0]).evaluator == name:
             times.append(time.monotonic() - sent)
     if times:
         scope = os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"]

@@ -6,7 +6,6 @@ import json
 import signal
 import sys
 import time
-from typing import Any
 
 from rclpy.executors import Executor
 from rclpy.node import Node
@@ -15,6 +14,7 @@ from mobo.child import Child
 from mobo.parameters import declare
 from mobo.progress import StudyProgress
 from mobo.runtime import STATUS_QOS, Stop, run, subscribe
+from mobo_core import messages
 from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.supervision import Restarts
@@ -54,12 +54,12 @@ class _Supervisor:
         for _ in range(options.evaluators):
             self.evaluators.append(Child("evaluator", answered, signal.SIGKILL))
         self._study = options.study_name
-        self.status: Any = None
+        self.status: messages.StudyStatus | None = None
         subscribe(node, StudyStatus, "study", self._on_status, STATUS_QOS)
 
     def _on_status(self, data: bytes) -> None:
         try:
-            status = decode("StudyStatus", data)
+            status = decode(messages.StudyStatus, data)
         except InputError:
             return
         if status.study == self._study:

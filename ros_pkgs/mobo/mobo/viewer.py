@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from geometry_msgs.msg import Point
 from numpy.typing import NDArray
@@ -14,6 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from mobo.runtime import STATUS_QOS
 from mobo_core.evaluation.colours import REACH_SCALE, TORQUE_SCALE
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.messages import Evaluation
 
 Floats = NDArray[np.float64]
 
@@ -25,9 +24,9 @@ class BestArm:
         self._clock = node.get_clock()
         self._description = node.create_publisher(String, prefix + "robot_description", STATUS_QOS)
         self._voxels = node.create_publisher(MarkerArray, prefix + "voxels", STATUS_QOS)
-        self._shown: Any = None
+        self._shown: Evaluation | None = None
 
-    def show(self, evaluation: Any, urdf: str, spec: EvaluationSpec) -> None:
+    def show(self, evaluation: Evaluation, urdf: str, spec: EvaluationSpec) -> None:
         """Publish the arm that this evaluation belongs to, unless it is shown already."""
         if evaluation is self._shown:
             return

@@ -1,0 +1,140 @@
+"""Reads a bag as a study: its messages, decoded by the definitions in the bag, sorted as they come."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from mobo_core.bag.files import bag_files
+from mobo_core.bag.reader import Entry, FileContent, entries, first_record, read_bag, read_record, stream
+from mobo_core.bag.record import StudyRecord, settings_of
+from mobo_core.bag.validity import is_good
+from mobo_core.messages import (
+    KINDS,
+    Candidate,
+    Command,
+    Evaluation,
+    EvaluatorStatus,
+    Header,
+    Message,
+    SpecMessage,
+    Trial,
+    decode,
+    version_of,
+)
+
+_NO_HEADER, _NO_SPEC = Header(), SpecMessage()
+
+
+def message_of(entry: Entry) -> Message | None:
+    """Return the message that a bag holds, by the definition it holds of it; None if it is not one of mobo's.
+
+    Raises:
+        InputError: bytes that are no such message, or a definition that is none of mobo's.
+    """
+    cls = KINDS.get(entry.kind)
+    if cls is None:
+        return None
+    return decode(cls, entry.data, version_of(entry.kind, entry.channel.definition, entry.topic))
+
+
+def read_study(path: Path | str) -> StudyRecord:
+    """Read a bag as a study; a damaged file counts up to its damage (see :attr:`StudyRecord.faults`).
+
+    Raises:
+        InputError: no bag, or not one of a mobo study.
+    """
+    contents = read_bag(path)
+    return study_from(contents, Path(path))
+
+
+def study_from(contents: list[FileContent], path: Path) -> StudyRecord:
+    """Return the study that the contents of a bag's files tell of; errors as :func:`read_study`."""
+    first = first_record(contents)
+    study = StudyRecord(path, first.get("study", ""), settings_of(first, str(path)), first, contents=contents)
+    collector = Collector(study)
+    for entry in entries(contents):
+        collector.add(entry)
+    return study
+
+
+def past_study(path: Path) -> StudyRecord:
+    """Read of a bag what a study needs to go on, a message at a time; errors as :func:`read_study`.
+
+    Candidates come without URDF, spec and header, and evaluations of trials that were told are left out, but for the
+    best one (:attr:`StudyRecord.best`).
+    """
+    first = read_record(path)
+    study = StudyRecord(path, first.get("study", ""), settings_of(first, str(path)), first)
+    collector = Collector(study, lean=True)
+    for file in bag_files(path):
+        study.contents.append(FileContent(file))
+        for entry in stream(study.contents[-1]):
+            collector.add(entry)
+    return study
+
+
+
+class Collector:
+    """Sorts the messages of a bag, as they come, into a StudyRecord; ``lean``: as :func:`past_study` says."""
+
+    def __init__(self, study: StudyRecord, *, lean: bool = False) -> None:
+        self._study, self._lean = study, lean
+        self._sent: dict[int, set[tuple[int, str]]] = {}  # of the trials not told
+        self._answered: set[int] = set()
+        self._urdfs: dict[int, str] = {}
+
+    def add(self, entry: Entry) -> None:
+        """Take the next message."""
+        study, message = self._study, message_of(entry)
+        match message:
+            case Candidate():
+                self._sent.setdefault(message.trial, set()).add((message.attempt, message.evaluator))
+                if self._lean:
+                    self._strip(message)
+                study.candidates.append(message)
+            case Evaluation():
+                sent = (message.attempt, message.evaluator) in self._sent.get(message.trial, ())
+                if sent and is_good(message, study.settings.spec.n_voxels):
+                    self._answered.add(message.trial)
+                if not (self._lean and message.trial in study.trials):
+                    study.evaluations.append(message)
+            case Trial():
+                self._add_trial(message)
+            case Command():
+                if message.command == "enqueue" and message.trial in self._sent:
+                    study.belated.append(message.trial)
+                study.commands.append(message)
+            case EvaluatorStatus():
+                study.evaluators.append(message)
+            case _:
+                pass
+
+    def _strip(self, candidate: Candidate) -> None:
+        """Keep of a candidate what a study needs to go on."""
+        self._urdfs.setdefault(candidate.trial, candidate.urdf)
+        # An array of a message holds all of its bytes; names are few.
+        candidate.urdf, candidate.spec, candidate.header = "", _NO_SPEC, _NO_HEADER
+        candidate.lengths = candidate.lengths.copy()
+        candidate.study, candidate.evaluator = sys.intern(candidate.study), sys.intern(candidate.evaluator)
+
+    def _add_trial(self, trial: Trial) -> None:
+        study, number = self._study, trial.trial
+        if number in study.trials:
+            study.repeated.append(number)
+        study.trials.setdefault(number, trial)
+        if trial.state != Trial.COMPLETE and number in self._answered:
+            study.denied.add(number)
+        if not self._lean:
+            return
+        trial.header, trial.study, trial.evaluator = _NO_HEADER, sys.intern(trial.study), sys.intern(trial.evaluator)
+        self._sent.pop(number, None)
+        self._answered.discard(number)
+        urdf = self._urdfs.pop(number, "")
+        told = [evaluation for evaluation in study.evaluations if evaluation.trial == number]
+        if told:
+            study.evaluations[:] = [evaluation for evaluation in study.evaluations if evaluation.trial != number]
+        if trial.state == Trial.COMPLETE and (study.best is None or trial.reach > study.best[0].reach):
+            key, n_voxels = (trial.attempt, trial.evaluator), study.settings.spec.n_voxels
+            good = [e for e in told if (e.attempt, e.evaluator) == key and is_good(e, n_voxels)]
+            study.best = (good[0], urdf) if good else study.best
