@@ -57,6 +57,7 @@ def distribution(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: py
     assert name in registry and name not in [entry.name for entry in registry.built_in]
 
 
+@pytest.mark.slow
 @pytest.mark.recipe("Joint type")
 def test_joint_type(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A study with it runs on the kernel, verifies and is reported."""
@@ -80,6 +81,7 @@ def test_objective() -> None:
     assert 0 < result.extra["dexterous"] < 75
 
 
+@pytest.mark.slow
 @pytest.mark.recipe("Sampler")
 def test_sampler(tmp_path: Path) -> None:
     """It keeps the contract; a study with it runs and verifies."""

@@ -53,6 +53,7 @@ def names(folder: Path) -> set[str]:
 
 
 @pytest.mark.slow
+@pytest.mark.slow
 def test_a_figure_of_another_distribution(
     plain: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -166,13 +167,13 @@ def run_compact(args: argparse.Namespace) -> int:
     return 0
 
 
-def _voxels(spec: dict[str, Any]) -> int:
+def _voxels(spec: Mapping[str, object]) -> int:
     from mobo_core.evaluation.spec import EvaluationSpec
 
     return EvaluationSpec.of(spec).n_voxels
 
 
-def _pairs(versions: Any) -> str:
+def _pairs(versions: object) -> str:
     if not isinstance(versions, dict):
         return str(versions)
     return ", ".join(f"{key} {value}" for key, value in versions.items())

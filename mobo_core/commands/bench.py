@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mobo_core.commands.parsing import Verbs
 from mobo_core.errors import InputError
+
+if TYPE_CHECKING:
+    from mobo_core.design import Design
 
 
 def add(verbs: Verbs) -> None:
@@ -117,7 +120,7 @@ def _shown(value: float | None, form: str) -> str:
     return "-" if value is None else format(value, form)
 
 
-def _design(text: str) -> Any:
+def _design(text: str) -> Design:
     from mobo_core.design import Design
 
     name, _, lengths = text.partition(":")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
+from typing import Protocol
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +15,7 @@ from matplotlib.figure import Figure as Canvas
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.design.joints import JOINTS
@@ -37,7 +37,19 @@ _OTHER_PREFIXES = 4  # drawn beside those that the paper names
 _JOINT_WIDTH = 17.0  # points, of a joint's letter in its circle
 
 
-def voxel_figure(row: Row, evaluation: Any, spec: EvaluationSpec, title: str) -> Canvas:
+class OfVoxels(Protocol):
+    """What is drawn of an evaluation: one value a voxel."""
+
+    @property
+    def voxel_reach(self) -> ArrayLike:
+        """Share of the poses reached."""
+
+    @property
+    def voxel_torque(self) -> ArrayLike:
+        """Mean torque, N m."""
+
+
+def voxel_figure(row: Row, evaluation: OfVoxels, spec: EvaluationSpec, title: str) -> Canvas:
     """Return the maps of an arm: above reach, below torque, layers of voxels from low to high.
 
     Of more than twelve layers, twelve are drawn, evenly chosen.
