@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import sys
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from studies import mobo
 
 from mobo_core.bag.collector import read_study
 from mobo_core.errors import InputError
+from mobo_core.report.console import front_table, prefix_table
+from mobo_core.report.page import study_page
+from mobo_core.report.prefixes import groups
 from mobo_core.report.table import StudyTable, study_table
 
 SAMPLE = Path(__file__).parents[1] / "bags" / "sample" / "paper_6"
@@ -55,3 +60,21 @@ def test_without_pandas_it_says_what_to_install(table: StudyTable, monkeypatch: 
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(InputError, match="pandas is not installed; expected pip install pandas$"):
         table.to_pandas()
+
+
+def test_objectives_beyond_reach_and_torque_have_columns(tmp_path: Path) -> None:
+    """In the table, on the page and on the terminal, by name and with their unit; others have none."""
+    study = read_study(SAMPLE)
+    study.settings = study.settings.model_copy(update={"objectives": ("reach", "torque", "mass")})
+    for trial in study.trials.values():
+        trial.extra_names, trial.extra_values = ["mass"], [3.25]
+    table = study_table(study)
+    assert table.further == {"mass": "mass [kg]"} and study_table(read_study(SAMPLE)).further == {}
+    assert [value for value in table.to_dict()["mass"] if value is not None] == [3.25] * 59
+    page = study_page(study, table, groups(table), [])
+    assert '<th class="n">mass [kg]</th>' in page and '<td class="n">3.25</td>' in page
+    assert "searched for high reach, low joint torque and low mass:" in page
+    console = Console(width=200, file=io.StringIO())
+    console.print(front_table(table), prefix_table(groups(table), 75))
+    shown = console.file.getvalue()
+    assert "mass kg" in shown and shown.count(" 3.25 ") == len(table.front)

@@ -23,8 +23,12 @@ def front_table(table: StudyTable) -> Table:
         box=_LINES,
         pad_edge=False,
     )
-    for heading in ("trial", "joints", f"reach of {table.n_voxels}", "torque N m", "lengths m", "known as"):
-        out.add_column(heading, justify="right" if heading[:5] in ("trial", "reach", "torqu") else "left")
+    for heading in ("trial", "joints", f"reach of {table.n_voxels}", "torque N m"):
+        out.add_column(heading, justify="left" if heading == "joints" else "right")
+    for heading in table.further.values():
+        out.add_column(heading.replace("[", "").replace("]", ""), justify="right")
+    for heading in ("lengths m", "known as"):
+        out.add_column(heading)
     useful = table.useful_front
     for row in useful:
         out.add_row(*_cells(row), end_section=row is useful[-1])
@@ -51,12 +55,14 @@ def prefix_table(groups: list[Group], n_voxels: int) -> Table:
         prefix = Text(group.prefix, style="bold" if group.in_paper else "")
         last_named = group.in_paper and (i + 1 == len(groups) or not groups[i + 1].in_paper)
         best = group.best
-        cells = _cells(best)[:5] if best is not None else [Text("-")] * 5
+        cells = [*_cells(best)[:4], _cells(best)[-2]] if best is not None else [Text("-")] * 5
         out.add_row(prefix, str(len(group.rows)), str(group.n_on_front), *cells, end_section=last_named)
     return out
 
 
 def _cells(row: Row) -> list[Text]:
     lengths = " ".join(f"{length:.3f}" for length in row.lengths)
-    values = (str(row.trial), row.joints, f"{row.reach:.2f}", f"{row.torque:.1f}", lengths, ", ".join(row.known_as))
+    further = [f"{value:.4g}" for _, value in row.extra]
+    known = ", ".join(row.known_as)
+    values = (str(row.trial), row.joints, f"{row.reach:.2f}", f"{row.torque:.1f}", *further, lengths, known)
     return [Text(value) for value in values]

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
 from mobo_core.bag.record import StudyRecord
+from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.report import markup
 from mobo_core.report.figures.render import Rendered
 from mobo_core.report.prefixes import PAPER_COLOURS, Group, found
@@ -45,9 +46,9 @@ def study_page(
     ]
     body = [
         f"<h1>{escape(study.name)}</h1>",
-        f'<p class="sub">Robot arms of {space.n_joints} joints and {space.total_length:g} m, searched for high reach '
-        f"and low joint torque: {escape(settings.sampler)}, seed {settings.seed}, {spec.n_voxels} voxels of "
-        f"{spec.voxel_size:g} m, {spec.poses_per_voxel} poses each.</p>",
+        f'<p class="sub">Robot arms of {space.n_joints} joints and {space.total_length:g} m, searched for '
+        f"{escape(_wanted(settings.objectives))}: {escape(settings.sampler)}, seed {settings.seed}, "
+        f"{spec.n_voxels} voxels of {spec.voxel_size:g} m, {spec.poses_per_voxel} poses each.</p>",
         *[f'<p class="bad">{escape(fault)}: the report holds what could be read.</p>' for fault in study.faults],
         '<ul class="cards">' + "".join(f"<li><b>{n}</b><span>{escape(t)}</span></li>" for n, t in cards) + "</ul>",
         *_figures(rendered for rendered in figures if not rendered.figure.heading),
@@ -104,18 +105,32 @@ def index_page(links: Iterable[tuple[str, StudyRecord, StudyTable]]) -> str:
     return markup.html("Reports", ["<h1>Reports</h1>", body])
 
 
+def _wanted(objectives: Sequence[str]) -> str:
+    """Return what a study wants, in words: ``high reach and low joint torque``."""
+    words = []
+    for name in objectives:
+        high = name not in OBJECTIVES or OBJECTIVES[name].direction == "maximize"
+        words.append(f"{'high' if high else 'low'} {'joint torque' if name == 'torque' else name.replace('_', ' ')}")
+    return " and ".join([", ".join(words[:-1]), words[-1]])
+
+
 def _front(table: StudyTable) -> str:
     if not table.front:
         return "<p>No complete trial yet.</p>"
     useful = len(table.useful_front)
-    head = ["trial", "joints", f"reach of {table.n_voxels}", "torque [N m]", "lengths [m]", "known as"]
-    rows = [[*_cells(row), ", ".join(row.known_as)] for row in table.front]
+    further = list(table.further.values())
+    head = ["trial", "joints", f"reach of {table.n_voxels}", "torque [N m]", *further, "lengths [m]", "known as"]
+    rows = []
+    for row in table.front:
+        *values, lengths = _cells(row)
+        rows.append([*values, *(f"{value:.4g}" for _, value in row.extra), lengths, ", ".join(row.known_as)])
+    numbers = (0, *range(2, 4 + len(further)))
     classes = ["" if i < useful else "low line" if i == useful and useful else "low" for i in range(len(rows))]
     note = (
         f'<p class="note">An arm that reaches nothing takes no torque, so the raw front runs down to zero reach. '
         f"Grey: below the reach floor of a tenth of the voxels ({table.floor:g}).</p>"
     )
-    return markup.table(head, rows, right=(0, 2, 3), classes=classes) + note
+    return markup.table(head, rows, right=numbers, classes=classes) + note
 
 
 def _cells(row: Row) -> list[str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.validity import values_of
 from mobo_core.design.catalogue import known_arms
+from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.frames import data_frame
 from mobo_core.messages import Trial
 from mobo_core.report.columns import Columns, table_columns
@@ -50,6 +51,12 @@ class StudyTable:
     def complete(self) -> list[Row]:
         """The trials that have values, by number."""
         return [row for row in self.rows if row.complete]
+
+    @cached_property
+    def further(self) -> dict[str, str]:
+        """The study's objectives beyond reach and torque: name -> heading with unit; none if no trial is complete."""
+        names = [name for row in self.complete[:1] for name, _ in row.extra]
+        return {name: f"{name} [{OBJECTIVES[name].unit}]" if name in OBJECTIVES else name for name in names}
 
     @cached_property
     def failed(self) -> list[Row]:

@@ -46,7 +46,9 @@ def hypervolume_figure(table: StudyTable, n_startup_trials: int, title: str) -> 
 
 def _draw(study: StudyRecord, table: StudyTable) -> Iterator[Picture]:
     title = f"{study.name}: hypervolume of the front"
-    yield Picture(hypervolume_figure(table, study.settings.n_startup_trials, title))
+    usual = study.settings.objectives == ("reach", "torque")
+    caption = "" if usual else f"Share of the box of {', '.join(study.settings.objectives)} that is dominated."
+    yield Picture(hypervolume_figure(table, study.settings.n_startup_trials, title), caption=caption)
 
 
 FIGURE = Figure(
