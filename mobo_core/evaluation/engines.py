@@ -8,12 +8,13 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from types import ModuleType
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.chain import Array, Chain
+from mobo_core.evaluation.kernel.arguments import Arm, Outputs, Question, Starts
 from mobo_core.evaluation.kernel.load import kernel
 from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_samples
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -27,20 +28,6 @@ _LEAST_POSES = 96
 DRAWN = np.zeros((0, 0, 3, 3))
 
 
-class Outputs:
-    """What the kernel writes for a range of voxels."""
-
-    def __init__(self, voxels: int, poses: int, n: int) -> None:
-        self.outcome = np.zeros((voxels, poses), np.uint8)
-        self.torque = np.zeros((voxels, poses))
-        self.q = np.zeros((voxels, poses, n))
-        self.effort = np.zeros((voxels, 2), np.int64)
-
-    def part(self, first: int, last: int) -> tuple[Array, Array, Array, Array]:
-        """Return the outputs of the rows ``first`` to ``last`` - 1, as the engines take them."""
-        return self.outcome[first:last], self.torque[first:last], self.q[first:last], self.effort[first:last]
-
-
 Compute = Callable[[int, int, Outputs], None]
 
 
@@ -49,11 +36,11 @@ def half_angle_sine(angle: float) -> float:
     return 2.0 * float(sin_cos(0.5 * angle)[0])
 
 
-def _question(spec: EvaluationSpec) -> tuple[Any, ...]:
-    return (
-        spec.seed, spec.poses_per_voxel, spec.restarts + 1, spec.iterations,
+def _question(spec: EvaluationSpec, centres: Array, rotations: Array) -> Question:
+    return Question(
+        centres, rotations, spec.seed, spec.poses_per_voxel, spec.restarts + 1, spec.iterations,
         spec.position_tolerance, half_angle_sine(spec.rotation_tolerance),
-        spec.self_collision, spec.solution == "least_torque",
+        spec.self_collision, spec.solution == "least_torque", np.array(spec.gravity),
     )  # fmt: skip
 
 
@@ -103,29 +90,31 @@ class _Workspace(threading.local):
     """
 
     def __init__(self) -> None:
-        self._arrays: dict[int, tuple[Array, ...]] = {}
+        self._arrays: dict[int, tuple[Starts, Array, NDArray[np.int64]]] = {}
 
-    def arrays(self, n: int) -> tuple[Array, ...]:
-        """Return (q, tips, cells, order, cell_first, poses) for arms of ``n`` joints."""
+    def arrays(self, n: int) -> tuple[Starts, Array, NDArray[np.int64]]:
+        """Return a table, tips (12, m) and cells (m,) for arms of ``n`` joints."""
         if n not in self._arrays:
             m = TABLE_SAMPLES
             self._arrays[n] = (
-                np.empty((m, n)), np.empty((12, m)), np.empty(m, np.int64), np.empty(m, np.int64),
-                np.empty(GRID**3 + 1, np.int64), np.empty((12, m)),
-            )  # fmt: skip
+                Starts(np.empty((m, n)), np.empty(m, np.int64), np.empty(GRID**3 + 1, np.int64), np.empty((12, m))),
+                np.empty((12, m)),
+                np.empty(m, np.int64),
+            )
         return self._arrays[n]
 
 
 _workspace = _Workspace()
 
 
-def _table(compiled: ModuleType, chain: Chain, constants: Array, seed: int, threads: int) -> tuple[Array, ...]:
-    """Return the arm's table of starts: (q, order, cell_first, poses) as the kernel takes it.
+def _table(compiled: ModuleType, chain: Chain, constants: Array, seed: int, threads: int) -> Starts:
+    """Return the arm's table of starts.
 
     The arrays are this thread's, and the next call's too.
     """
     unit = _unit_samples(seed, chain.n)
-    q, tips, cells, order, cell_first, poses = _workspace.arrays(chain.n)
+    table, tips, cells = _workspace.arrays(chain.n)
+    q = table.q
     span = chain.upper - chain.lower
 
     def sample(low: int, high: int) -> None:
@@ -135,8 +124,8 @@ def _table(compiled: ModuleType, chain: Chain, constants: Array, seed: int, thre
 
     m = len(unit)
     _share(sample, [(m * i // threads, m * (i + 1) // threads) for i in range(threads)], threads)
-    sort_table(tips, chain.placement_p[0], chain.reach_radius, cells, order, cell_first, poses)
-    return q, order, cell_first, poses
+    sort_table(tips, chain.placement_p[0], chain.reach_radius, cells, table.order, table.cell_first, table.poses)
+    return table
 
 
 def kernel_call(
@@ -149,18 +138,17 @@ def kernel_call(
     constants[:-1, :9], constants[:-1, 9:] = chain.placement_r.reshape(-1, 9), chain.placement_p
     constants[-1, :9], constants[-1, 9:] = chain.tip_r.ravel(), chain.tip_p
     complete = spec.ik_mode == "complete"
-    arrays = (
+    arm = Arm(
         chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, constants, chain.lower, chain.upper,
         chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
         chain.capsule_radius, chain.pairs,
-        *(_table(compiled, chain, constants, spec.seed, threads) if complete else no_table(chain.n)),
-        centres, rotations,
     )  # fmt: skip
-    question = (*_question(spec), np.array(spec.gravity))
+    table = _table(compiled, chain, constants, spec.seed, threads) if complete else no_table(chain.n)
+    question = _question(spec, centres, rotations)
 
     def compute(first: int, last: int, out: Outputs) -> None:
         def work(low: int, high: int) -> None:
-            compiled.evaluate_voxels(*arrays, low, high, *question, *out.part(low - first, high - first))
+            compiled.evaluate_voxels(arm, table, question, low, high, out.part(low - first, high - first))
 
         _share(work, _parts(first, last, spec.poses_per_voxel, threads), threads)
 
@@ -177,10 +165,9 @@ def reference_call(chain: Chain, spec: EvaluationSpec, centres: Array) -> Comput
 
     if spec.ik_mode != "paper":
         raise UnableError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
-    question = _question(spec)
+    question = _question(spec, centres, DRAWN)
 
     def compute(first: int, last: int, out: Outputs) -> None:
-        arguments = (*question, *out.part(0, last - first))
-        evaluate_voxels_reference(chain, centres, first, last, *arguments)
+        evaluate_voxels_reference(chain, question, first, last, out)
 
     return compute

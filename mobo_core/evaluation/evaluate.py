@@ -12,7 +12,8 @@ from mobo_core.errors import UnableError
 from mobo_core.evaluation.audit import Audit
 from mobo_core.evaluation.batch import Batch
 from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
-from mobo_core.evaluation.engines import DRAWN, Outputs, kernel_call, reference_call
+from mobo_core.evaluation.engines import DRAWN, kernel_call, reference_call
+from mobo_core.evaluation.kernel.arguments import Outputs
 from mobo_core.evaluation.objectives import OBJECTIVES, Accumulator
 from mobo_core.evaluation.result import Engine, Postures, Result
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -71,7 +72,7 @@ def evaluate(
     effort = np.zeros(2, np.int64)
     for first, last in _chunks(n_voxels, poses):
         began = time.perf_counter()
-        out = Outputs(last - first, poses, chain.n)
+        out = Outputs.empty(last - first, poses, chain.n)
         compute(first, last, out)
         seconds += time.perf_counter() - began
         effort += out.effort.sum(axis=0)
@@ -183,6 +184,6 @@ def solve_poses(
     m = len(positions)
     given = np.ascontiguousarray(rotations, dtype=float).reshape(m, 1, 3, 3)
     compute, _ = kernel_call(chain, one, threads, np.ascontiguousarray(positions, dtype=float), given)
-    out = Outputs(m, 1, chain.n)
+    out = Outputs.empty(m, 1, chain.n)
     compute(0, m, out)
     return out.outcome[:, 0], out.q[:, 0], out.torque[:, 0]

@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.kernel import posture as kernel
+from mobo_core.evaluation.kernel.arguments import Outputs, Question
 from mobo_core.jit.numerics import random_start, target_rotation
 
 
@@ -94,58 +95,52 @@ def tool_error(tip: Any, target_r: Array, target_p: Array) -> tuple[Array, float
     return np.concatenate([position, orientation]), float(position @ position), e_rotation
 
 
-def evaluate_voxels_reference(
-    chain: Chain, centres: Array, first: int, last: int, seed: int, poses: int, attempts: int, max_iterations: int,
-    position_tolerance: float, half_angle_sine: float, self_collision: bool, least_torque: bool,
-    out_outcome: Array, out_torque: Array, out_q: Array, out_effort: Array,
-) -> None:  # fmt: skip
-    """Evaluate as :func:`mobo_core.evaluation.kernel.posture.evaluate_voxels` does; same arguments and outputs."""
+def evaluate_voxels_reference(chain: Chain, question: Question, first: int, last: int, out: Outputs) -> None:
+    """Evaluate as :func:`mobo_core.evaluation.kernel.sweep.evaluate_voxels` does, orientations being drawn."""
+    centres, seed, position_tolerance = question.centres, question.seed, question.position_tolerance
     model = ReferenceModel(chain)
     target_r, q = np.empty((3, 3)), np.empty(chain.n)
     for voxel in range(first, last):
         row = voxel - first
         far = np.linalg.norm(centres[voxel] - chain.placement_p[0]) > chain.reach_radius + position_tolerance
-        for pose in range(poses):
+        for pose in range(question.poses):
             if far:
-                out_outcome[row, pose] = kernel.OUT_OF_RANGE
+                out.outcome[row, pose] = kernel.OUT_OF_RANGE
                 continue
             target_rotation(seed, voxel, pose, target_r)
             outcome, best = kernel.NOT_CONVERGED, math.inf
-            for attempt in range(attempts):
-                out_effort[row, 0] += 1
+            for attempt in range(question.attempts):
+                out.effort[row, 0] += 1
                 random_start(seed, voxel, pose, attempt, chain.lower, chain.upper, q)
-                converged, steps = _solve(
-                    model, q, target_r, centres[voxel], max_iterations, position_tolerance, half_angle_sine
-                )
-                out_effort[row, 1] += steps
+                converged, steps = _solve(model, q, target_r, centres[voxel], question)
+                out.effort[row, 1] += steps
                 if not converged:
                     continue
-                if self_collision and model.clearance(q) <= 0.0:
+                if question.self_collision and model.clearance(q) <= 0.0:
                     outcome = kernel.IN_COLLISION if outcome == kernel.NOT_CONVERGED else outcome
                     continue
                 outcome = kernel.REACHED
                 norm = float(np.linalg.norm(model.torque(q)))
                 if norm < best:
                     best = norm
-                    out_q[row, pose] = q
-                if not least_torque:
+                    out.q[row, pose] = q
+                if not question.least_torque:
                     break
-            out_outcome[row, pose] = outcome
+            out.outcome[row, pose] = outcome
             if outcome == kernel.REACHED:
-                out_torque[row, pose] = best
+                out.torque[row, pose] = best
 
 
 def _solve(
-    model: ReferenceModel, q: Array, target_r: Array, target_p: Array, max_iterations: int,
-    position_tolerance: float, half_angle_sine: float,
-) -> tuple[bool, int]:  # fmt: skip
+    model: ReferenceModel, q: Array, target_r: Array, target_p: Array, question: Question
+) -> tuple[bool, int]:
     """Improve ``q`` in place; return whether it converged, and the number of steps."""
     lower, upper = model.chain.lower, model.chain.upper
-    for iteration in range(max_iterations + 1):
+    for iteration in range(question.iterations + 1):
         error, e_position, e_rotation = tool_error(model.tip(q), target_r, target_p)
-        if e_position <= position_tolerance**2 and e_rotation <= half_angle_sine**2:
+        if e_position <= question.position_tolerance**2 and e_rotation <= question.half_angle_sine**2:
             return True, iteration
-        if iteration == max_iterations:
+        if iteration == question.iterations:
             break
         jac = model.jacobian(q)
         gradient = jac.T @ error
@@ -157,4 +152,4 @@ def _solve(
         if largest > kernel.MAX_STEP:
             step *= kernel.MAX_STEP / largest
         q[:] = np.clip(q + step, lower, upper)
-    return False, max_iterations
+    return False, question.iterations

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from mobo_core.evaluation.kernel import compiled
+from mobo_core.evaluation.kernel.arguments import Starts
 from mobo_core.jit.numerics import STREAM_TABLE, stream, uniform
 
 # Cells of the grid along each side of the box around the arm's reach.
@@ -140,6 +141,6 @@ def choose_starts(near, near_index, count, target_r, scores, chosen, chosen_scor
     return found
 
 
-def no_table(n: int) -> tuple[np.ndarray, ...]:
-    """Return the table that makes all attempts start at random: (q, order, cell_first, poses), without samples."""
-    return np.zeros((0, n)), np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros((12, 0))
+def no_table(n: int) -> Starts:
+    """Return the table without samples, which makes all attempts of ``n`` joints start at random."""
+    return Starts(np.zeros((0, n)), np.zeros(0, np.int64), np.zeros(1, np.int64), np.zeros((12, 0)))

@@ -53,36 +53,28 @@ def table_tips(constants, q, low, high, tips):
                 tips[k, first + lane] = state[(n + k) * LANES + lane]
 
 
-def evaluate_voxels(
-    placement_r, placement_p, tip_r, tip_p, constants, lower, upper, mass, com, radius_of_reach,
-    capsule_joint, capsule_a, capsule_b, capsule_radius, pairs,
-    table_q, table_order, table_cell_first, table_poses,
-    centres, rotations, first, last, seed, poses, attempts, max_iterations, position_tolerance, half_angle_sine,
-    self_collision, least_torque, gravity,
-    out_outcome, out_torque, out_q, out_effort,
-):  # fmt: skip
-    """Evaluate all poses of the voxels ``first`` to ``last`` - 1 (numbers in ``centres``, shape (voxels, 3)).
+def evaluate_voxels(arm, table, question, first, last, out):
+    """Evaluate all poses of the voxels ``first`` to ``last`` - 1, numbers in ``question.centres``.
 
-    Orientations are those of ``rotations`` (voxels, poses, 3, 3), or drawn if that is empty. Attempts start from
-    the samples of the table (see :mod:`mobo_core.evaluation.kernel.starts`) nearest to the pose, and at random when
-    it has no more. Each lane works on one pose, attempt after attempt, then takes the next pose.
-
-    ``half_angle_sine`` is twice the sine of half the rotation tolerance. Results go to the rows counted
-    from ``first``: ``out_outcome`` (last - first, poses), ``out_torque`` likewise in N m, ``out_q``
-    (last - first, poses, n) in rad, and ``out_effort`` (last - first, 2): attempts and iterations.
+    Attempts start from the samples of the table nearest to the pose, and at random when it has no more. Each lane
+    works on one pose, attempt after attempt, then takes the next pose. Results go to the rows of ``out``, counted
+    from ``first``. The arguments are named tuples of :mod:`mobo_core.evaluation.kernel.arguments`.
     """
+    placement_r, placement_p, lower, upper = arm.placement_r, arm.placement_p, arm.lower, arm.upper
+    centres, rotations, attempts, poses = question.centres, question.rotations, question.attempts, question.poses
+    out_outcome, out_torque, out_q, out_effort = out.outcome, out.torque, out.q, out.effort
     n = lower.shape[0]
     axes, origins, rotations_of_joints = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
     tip, target_r = np.empty((4, 3)), np.empty((3, 3))
-    ends = np.empty((capsule_joint.shape[0], 2, 3))
+    ends = np.empty((arm.capsule_joint.shape[0], 2, 3))
     q, torque = np.empty(n), np.empty(n)
-    e_position_max = position_tolerance * position_tolerance
-    e_rotation_max = half_angle_sine * half_angle_sine
-    beyond = radius_of_reach + position_tolerance
-    weight = WEIGHT if table_q.shape[0] > 0 else 1.0
-    blind = BLIND if table_q.shape[0] > 0 else 0
+    e_position_max = question.position_tolerance * question.position_tolerance
+    e_rotation_max = question.half_angle_sine * question.half_angle_sine
+    beyond = arm.reach_radius + question.position_tolerance
+    samples = table.q.shape[0]
+    weight = WEIGHT if samples > 0 else 1.0
+    blind = BLIND if samples > 0 else 0
     # The samples near the present voxel, and the starts of each lane's pose.
-    samples = table_q.shape[0]
     near, near_index, scores = np.empty((10, samples)), np.empty(samples, np.int64), np.empty(samples)
     n_near = 0
     starts, start_scores = np.zeros((LANES, attempts), np.int64), np.empty(attempts)
@@ -107,13 +99,13 @@ def evaluate_voxels(
                     continue
                 if pose == 0 and samples > 0:
                     n_near = gather_near(
-                        centre, attempts, placement_p[0], radius_of_reach, table_cell_first, table_poses, near,
+                        centre, attempts, placement_p[0], arm.reach_radius, table.cell_first, table.poses, near,
                         near_index,
                     )  # fmt: skip
                 if rotations.shape[0] > 0:
                     target_r[:] = rotations[first + row, pose]
                 else:
-                    target_rotation(seed, first + row, pose, target_r)
+                    target_rotation(question.seed, first + row, pose, target_r)
                 lane_starts[lane] = 0
                 if samples > 0:
                     lane_starts[lane] = choose_starts(
@@ -135,16 +127,16 @@ def evaluate_voxels(
                 # A new attempt.
                 at, attempt = lane_row[lane], lane_attempt[lane]
                 if blind <= attempt < blind + lane_starts[lane]:
-                    q[:] = table_q[table_order[starts[lane, attempt - blind]]]
+                    q[:] = table.q[table.order[starts[lane, attempt - blind]]]
                 else:
-                    random_start(seed, first + at, lane_pose[lane], attempt, lower, upper, q)
+                    random_start(question.seed, first + at, lane_pose[lane], attempt, lower, upper, q)
                 for k in range(n):
                     state[k * LANES + lane] = q[k]
                 lane_iteration[lane] = 0
                 out_effort[at, 0] += 1
         if active == 0:
             return
-        lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)
+        lane_step(state, arm.constants, lower, upper, weight, e_position_max, e_rotation_max)
         for lane in range(LANES):
             at = lane_row[lane]
             if at < 0:
@@ -158,7 +150,7 @@ def evaluate_voxels(
                 or (iteration == 5 and error > STALL_5)
                 or (iteration == 6 and error > STALL_6)
             )
-            if not there and not stalled and iteration < max_iterations:
+            if not there and not stalled and iteration < question.iterations:
                 lane_iteration[lane] += 1
                 out_effort[at, 1] += 1
                 continue
@@ -167,19 +159,22 @@ def evaluate_voxels(
             if there:
                 for k in range(n):
                     q[k] = state[k * LANES + lane]
-                forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations_of_joints, tip)
-                if self_collision and any_pair_collides(
-                    capsule_joint, capsule_a, capsule_b, capsule_radius, pairs, origins, rotations_of_joints, ends
-                ):
+                forward(placement_r, placement_p, arm.tip_r, arm.tip_p, q, axes, origins, rotations_of_joints, tip)
+                if question.self_collision and any_pair_collides(
+                    arm.capsule_joint, arm.capsule_a, arm.capsule_b, arm.capsule_radius, arm.pairs, origins,
+                    rotations_of_joints, ends,
+                ):  # fmt: skip
                     if lane_outcome[lane] == NOT_CONVERGED:
                         lane_outcome[lane] = IN_COLLISION
                 else:
-                    norm = gravity_torque(mass, com, gravity, axes, origins, rotations_of_joints, torque)
+                    norm = gravity_torque(
+                        arm.mass, arm.com, question.gravity, axes, origins, rotations_of_joints, torque
+                    )
                     lane_outcome[lane] = REACHED
                     if norm < lane_torque[lane]:
                         lane_torque[lane] = norm
                         out_q[at, lane_pose[lane]] = q
-                    done = not least_torque
+                    done = not question.least_torque
             lane_attempt[lane] += 1
             lane_iteration[lane] = -1
             if done or lane_attempt[lane] == attempts:

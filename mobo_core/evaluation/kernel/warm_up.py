@@ -6,6 +6,7 @@ from types import ModuleType
 
 import numpy as np
 
+from mobo_core.evaluation.kernel.arguments import Arm, Outputs, Question
 from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_samples
 
 
@@ -18,9 +19,10 @@ def run(module: ModuleType, n: int) -> None:
     module.table_tips(constants, samples, 0, 1, tips)
     cell_first = np.zeros(GRID**3 + 1, np.int64)
     sort_table(tips, np.zeros(3), 1.0, np.zeros(1, np.int64), np.zeros(1, np.int64), cell_first, poses)
-    module.evaluate_voxels(
+    none = np.zeros(1, np.int64)
+    arm = Arm(
         np.stack([eye] * n), np.zeros((n, 3)), eye, up, constants, -one, one, one, np.zeros((n, 3)), 1.0,
-        np.zeros(1, np.int64), np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros((0, 2), np.int64),
-        *no_table(n), up[None].copy(), np.zeros((0, 0, 3, 3)), 0, 1, 0, 1, 1, 1, 1e-3, 1e-2, True, False, -up,
-        np.zeros((1, 1), np.uint8), np.zeros((1, 1)), np.zeros((1, 1, n)), np.zeros((1, 2), np.int64),
+        none, np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros((0, 2), np.int64),
     )  # fmt: skip
+    question = Question(up[None].copy(), np.zeros((0, 0, 3, 3)), 0, 1, 1, 1, 1e-3, 1e-2, True, False, -up)
+    module.evaluate_voxels(arm, no_table(n), question, 0, 1, Outputs.empty(1, 1, n))
