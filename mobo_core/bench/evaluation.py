@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable
-from typing import Any
+from typing import TypedDict
 
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.evaluate import evaluate
@@ -32,13 +32,35 @@ _RUNS = 5
 _EXHAUSTIVE_ITERATIONS = 100
 
 
+class Row(TypedDict):
+    """One arm's figures; see :func:`bench_evaluate`."""
+
+    name: str
+    lengths: list[float]
+    reach: float
+    reach_exhaustive: float | None
+    recall: float | None
+    us_per_pose: float
+    ratio_reference: float
+
+
+class EvaluationBench(TypedDict):
+    """Figures of all arms; see :func:`bench_evaluate`."""
+
+    designs: list[Row]
+    median_ratio: float
+    min_recall: float | None
+    median_us_per_pose: float
+    us_per_iteration_reference: float
+
+
 def bench_evaluate(
     designs: list[Design],
     spec: EvaluationSpec,
     exhaustive_attempts: int,
     reference_poses: int,
     progress: Callable[[int, int], None] = lambda done, total: None,
-) -> dict[str, Any]:
+) -> EvaluationBench:
     """Measure the kernel on each design, one thread, after warm-up.
 
     ``us_per_pose`` counts all poses, unreachable ones too (median of five runs). ``ratio_reference`` says how
@@ -46,15 +68,17 @@ def bench_evaluate(
     ``reference_poses`` poses of every voxel, and scaled to all. ``recall`` is the share of the poses that an
     exhaustive search reaches (``exhaustive_attempts`` blind attempts of 100 iterations; none if 0) which
     the spec's own search reaches; ``reach_exhaustive`` is that search's reach.
+
+    Raises:
+        InputError: a design that no space has, such as one of too many joints.
     """
-    rows: list[dict[str, Any]] = []
+    rows: list[Row] = []
     reference_us: list[float] = []
     plain = with_ik(spec, "paper")
     few = plain.model_copy(update={"poses_per_voxel": reference_poses})
     long = plain.model_copy(update={"restarts": exhaustive_attempts - 1, "iterations": _EXHAUSTIVE_ITERATIONS})
-    for i, design in enumerate(designs):
-        space = DesignSpace(n_joints=len(design.joints), total_length=design.total_length)
-        urdf = to_urdf(design, space)
+    urdfs = [_urdf(design) for design in designs]  # all are sound before any is measured
+    for i, (design, urdf) in enumerate(zip(designs, urdfs, strict=True)):
         evaluate(urdf, spec)  # warm-up
         runs = [evaluate(urdf, spec, postures=True) for _ in range(_RUNS)]
         seconds = statistics.median(run.seconds for run in runs)
@@ -85,6 +109,11 @@ def bench_evaluate(
         "median_us_per_pose": statistics.median(row["us_per_pose"] for row in rows),
         "us_per_iteration_reference": statistics.median(reference_us) if reference_us else 0.0,
     }
+
+
+def _urdf(design: Design) -> str:
+    space = {"n_joints": len(design.joints), "total_length": design.total_length}
+    return to_urdf(design, DesignSpace.of(space, where=f"design {design.name}"))
 
 
 def _recall(own: Result, exhaustive: Result) -> float:

@@ -7,10 +7,11 @@ import time
 import tracemalloc
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import TypedDict
 
 import numpy as np
 import optuna
+from numpy.typing import NDArray
 from optuna.distributions import BaseDistribution
 from optuna.samplers import TPESampler
 from optuna.samplers._tpe import sampler as stock_tpe
@@ -26,9 +27,33 @@ _MOBO_RUNS, _STOCK_RUNS = 25, 5
 _POINTS = 64
 
 
+Floats = NDArray[np.float64]
+
+
+class Row(TypedDict):
+    """Figures at one number of trials; see :func:`bench_sampler`."""
+
+    n_trials: int
+    ms_mobo: float
+    ms_optuna: float
+    ratio: float
+    ms_draw: float
+    bytes_per_trial: float
+
+
+class SamplerBench(TypedDict):
+    """Figures at all numbers of trials; see :func:`bench_sampler`."""
+
+    joints: int
+    mode: str
+    optuna: str
+    rows: list[Row]
+    max_density_error: float
+
+
 def bench_sampler(
     trials: list[int], space: DesignSpace, progress: Callable[[int, int], None] = lambda done, total: None
-) -> dict[str, Any]:
+) -> SamplerBench:
     """Measure ask + tell of mobo's TPE and of Optuna's with equal settings, at each number of finished trials.
 
     The trials are random designs with made-up values. ``ms_mobo`` and ``ms_optuna`` are medians over some trials
@@ -38,13 +63,14 @@ def bench_sampler(
     values at 64 points, half of them random ones, half drawn.
     """
     version_4 = optuna.__version__.startswith("4.")
-    rules: dict[str, Any] = {} if version_4 else {"good_weights": "equal", "bandwidth": "neighbours"}
-    rows, error = [], 0.0
+    rows: list[Row] = []
+    error = 0.0
     study, rng = optuna.create_study(directions=["maximize", "minimize"]), np.random.RandomState(1)
     for count, n in enumerate(sorted(trials)):
         _fill(study, space, n)
         tracemalloc.start()
-        mobo = fast_tpe()(gamma=tenth, **rules)
+        tpe = fast_tpe()
+        mobo = tpe(gamma=tenth) if version_4 else tpe(gamma=tenth, good_weights="equal", bandwidth="neighbours")
         _ask_and_tell(study, mobo, space, rng)
         kept = tracemalloc.get_traced_memory()[0]
         tracemalloc.stop()
@@ -58,9 +84,17 @@ def bench_sampler(
                 theirs.append(_ask_and_tell(study, stock, space, rng))
         row_error, ms_draw = _density_error(study, mobo, stock)
         error = max(error, row_error)
-        row = {"n_trials": n, "ms_mobo": statistics.median(own), "ms_optuna": statistics.median(theirs)}
-        row |= {"ratio": row["ms_optuna"] / row["ms_mobo"], "ms_draw": ms_draw}
-        rows.append(row | {"bytes_per_trial": kept / n})
+        ms_mobo, ms_optuna = statistics.median(own), statistics.median(theirs)
+        rows.append(
+            {
+                "n_trials": n,
+                "ms_mobo": ms_mobo,
+                "ms_optuna": ms_optuna,
+                "ratio": ms_optuna / ms_mobo,
+                "ms_draw": ms_draw,
+                "bytes_per_trial": kept / n,
+            }
+        )
         progress(count + 1, len(trials))
     return {
         "joints": space.n_joints,
@@ -89,7 +123,7 @@ def _fill(study: optuna.Study, space: DesignSpace, n: int) -> None:
     rng = np.random.RandomState(len(study.trials))
     for _ in range(n - len(study.trials)):
         letters = [space.joint_types[rng.randint(len(space.joint_types))] for _ in range(space.n_joints)]
-        params: dict[str, Any] = {f"J{i + 1}": letter for i, letter in enumerate(letters)}
+        params: dict[str, str | float] = {f"J{i + 1}": letter for i, letter in enumerate(letters)}
         rest = space.total_length
         for i in range(space.n_joints - 1):
             share = rng.random_sample()
@@ -142,8 +176,8 @@ def _density_error(study: optuna.Study, mobo: FastTPESampler, stock: TPESampler)
 
 
 def _stock_densities(
-    study: optuna.Study, stock: TPESampler, space: dict[str, BaseDistribution], points: dict[str, Any]
-) -> tuple[Any, Any]:
+    study: optuna.Study, stock: TPESampler, space: dict[str, BaseDistribution], points: dict[str, Floats]
+) -> tuple[Floats, Floats]:
     trials: list[FrozenTrial] = study.get_trials(deepcopy=False, states=(TrialState.COMPLETE,))
     more = (False,) if optuna.__version__.startswith("4.") else ()  # no constraints
     good, others = stock_tpe._split_trials(study, trials, tenth(len(trials)), *more)

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from mobo_core.errors import InputError
-from mobo_core.evaluation.kernel.geometry import place_capsules, segment_distance_squared
+from mobo_core.evaluation.capsules import capsules_of, separate_pairs
+from mobo_core.evaluation.kernel.geometry import place_capsules
 from mobo_core.evaluation.kernel.posture import forward
+from mobo_core.evaluation.matrices import axis_frame, norm, times, transposed, turn
 from mobo_core.evaluation.urdf import CheckedUrdf, check_urdf
 from mobo_core.jit.cache import interpreted
 
-Array = np.ndarray[Any, np.dtype[Any]]
-
-TOUCHING = 1e-9  # m; capsules this close in the zero posture may touch in any
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -53,15 +52,15 @@ class Chain:
     mass: Array
     com: Array
     reach_radius: float
-    capsule_joint: Array
+    capsule_joint: NDArray[np.int64]
     capsule_a: Array
     capsule_b: Array
     capsule_radius: Array
-    pairs: Array
+    pairs: NDArray[np.int64]
     joint_names: tuple[str, ...]
     tip: str
     ignored_shapes: int
-    model: Any
+    model: pin.Model
     tip_frame: int
 
     @property
@@ -127,61 +126,38 @@ def _tip(checked: CheckedUrdf, tip: str) -> str:
     return tip
 
 
-def _axis_frame(axis: list[float]) -> list[list[float]]:
-    """Return a rotation whose z column is ``axis``; a signed permutation if the axis is one of x, y, z."""
-    k = min(range(3), key=lambda i: abs(axis[i]))
-    x = [(1.0 if i == k else 0.0) - axis[k] * axis[i] for i in range(3)]
-    norm = math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
-    x = [v / norm for v in x]
-    y = [axis[(i + 1) % 3] * x[(i + 2) % 3] - axis[(i + 2) % 3] * x[(i + 1) % 3] for i in range(3)]
-    return [[x[i], y[i], axis[i]] for i in range(3)]
-
-
-# Products of small matrices are written out: a BLAS may round differently from machine to machine.
-def _times(a: Any, b: Any) -> list[list[float]]:
-    return [[float(sum(a[i][k] * b[k][j] for k in range(3))) for j in range(3)] for i in range(3)]
-
-
-def _turn(a: Any, v: Any) -> list[float]:
-    return [float(a[i][0] * v[0] + a[i][1] * v[1] + a[i][2] * v[2]) for i in range(3)]
-
-
-def _transposed(a: Any) -> list[list[float]]:
-    return [[float(a[j][i]) for j in range(3)] for i in range(3)]
-
-
-def _flatten(model: Any, tip_frame: int, tip: str, checked: CheckedUrdf) -> Chain:
+def _flatten(model: pin.Model, tip_frame: int, tip: str, checked: CheckedUrdf) -> Chain:
     n = model.nv
     data = model.createData()
     pin.computeJointJacobians(model, data, np.zeros(n))
-    frames = [_transposed(np.eye(3))]
+    frames = [transposed(np.eye(3))]
     placement_r, placement_p, mass, com = [], [], [], []
     for i in range(1, n + 1):
         # Pinocchio gives the Jacobian of a single joint as a vector.
         own = np.reshape(pin.getJointJacobian(model, data, i, pin.LOCAL), (6, n))[3:, i - 1]
-        frame = _axis_frame([float(v) for v in own])
-        back = _transposed(frames[-1])
+        frame = axis_frame([float(v) for v in own])
+        back = transposed(frames[-1])
         placement = model.jointPlacements[i]
-        placement_r.append(_times(_times(back, placement.rotation), frame))
-        placement_p.append(_turn(back, placement.translation))
+        placement_r.append(times(times(back, placement.rotation), frame))
+        placement_p.append(turn(back, placement.translation))
         frames.append(frame)
         inertia = model.inertias[i]
         mass.append(float(inertia.mass))
-        com.append(_turn(_transposed(frame), inertia.lever) if inertia.mass > 0 else [0.0, 0.0, 0.0])
-    last = _transposed(frames[n])
+        com.append(turn(transposed(frame), inertia.lever) if inertia.mass > 0 else [0.0, 0.0, 0.0])
+    last = transposed(frames[n])
     tip_placement = model.frames[tip_frame].placement
-    tip_p = _turn(last, tip_placement.translation)
-    capsules = _capsules(model, checked, frames)
+    tip_p = turn(last, tip_placement.translation)
+    capsules = capsules_of(model, checked, frames)
     chain = Chain(
         placement_r=np.array(placement_r),
         placement_p=np.array(placement_p),
-        tip_r=np.array(_times(last, tip_placement.rotation)),
+        tip_r=np.array(times(last, tip_placement.rotation)),
         tip_p=np.array(tip_p),
         lower=np.array(model.lowerPositionLimit),
         upper=np.array(model.upperPositionLimit),
         mass=np.array(mass),
         com=np.array(com),
-        reach_radius=math.fsum(_norm(p) for p in [*placement_p[1:], tip_p]),
+        reach_radius=math.fsum(norm(p) for p in [*placement_p[1:], tip_p]),
         capsule_joint=np.array([c[0] for c in capsules], dtype=np.int64),
         capsule_a=np.array([c[1] for c in capsules]).reshape(-1, 3),
         capsule_b=np.array([c[2] for c in capsules]).reshape(-1, 3),
@@ -197,40 +173,13 @@ def _flatten(model: Any, tip_frame: int, tip: str, checked: CheckedUrdf) -> Chai
     return chain
 
 
-def _norm(p: list[float]) -> float:
-    return math.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
-
-
-def _capsules(model: Any, checked: CheckedUrdf, frames: list[Any]) -> list[tuple[int, list[float], list[float], float]]:
-    capsules = []
-    for shape in checked.shapes:
-        frame = model.frames[model.getFrameId(shape.link, pin.BODY)]
-        joint = int(frame.parentJoint)
-        rotation = _times(frame.placement.rotation, pin.rpy.rpyToMatrix(*shape.rpy))
-        centre = _turn(frame.placement.rotation, shape.xyz)
-        back = _transposed(frames[joint])
-        ends = []
-        for sign in (-0.5, 0.5):
-            along = [sign * shape.length * rotation[k][2] for k in range(3)]
-            ends.append(_turn(back, [centre[k] + float(frame.placement.translation[k]) + along[k] for k in range(3)]))
-        capsules.append((joint - 1, ends[0], ends[1], shape.radius))
-    return capsules
-
-
-def _pairs(chain: Chain) -> Array:
-    n, count = chain.n, len(chain.capsule_radius)
+def _pairs(chain: Chain) -> NDArray[np.int64]:
+    n = chain.n
     rest = np.clip(np.zeros(n), chain.lower, chain.upper)
     axes, origins, rotations = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
     interpreted(forward)(
         chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, rest, axes, origins, rotations, np.empty((4, 3))
     )
-    ends = np.empty((count, 2, 3))
+    ends = np.empty((len(chain.capsule_radius), 2, 3))
     interpreted(place_capsules)(chain.capsule_joint, chain.capsule_a, chain.capsule_b, origins, rotations, ends)
-    pairs = []
-    for i, j in itertools.combinations(range(count), 2):
-        if chain.capsule_joint[i] == chain.capsule_joint[j]:
-            continue
-        squared = interpreted(segment_distance_squared)(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1])
-        if math.sqrt(squared) - chain.capsule_radius[i] - chain.capsule_radius[j] > TOUCHING:
-            pairs.append((i, j))
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    return separate_pairs(chain.capsule_joint, ends, chain.capsule_radius)

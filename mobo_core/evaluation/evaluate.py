@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.audit import Audit
@@ -161,7 +162,7 @@ def solve_poses(
     *,
     tip: str = "",
     threads: int = 1,
-) -> tuple[Array, Array, Array]:
+) -> tuple[NDArray[np.uint8], Array, Array]:
     """Solve given poses by the kernel, with the means and limits of ``spec`` but not its workspace.
 
     Args:

@@ -7,7 +7,6 @@ constants of the algorithm; kinematics, Jacobian, linear algebra, distances and 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import coal
 import numpy as np
@@ -41,8 +40,8 @@ class ReferenceModel:
             rotation = rotation @ chain.placement_r[i]
             self._frames.append(pin.SE3(self.data.oMi[i + 1].rotation.T @ rotation, np.zeros(3)))
 
-    def tip(self, q: Array) -> Any:
-        """Return the tip's pose (pin.SE3) at ``q``, base frame, and update all frames."""
+    def tip(self, q: Array) -> pin.SE3:
+        """Return the tip's pose at ``q``, base frame, and update all frames."""
         pin.framesForwardKinematics(self.model, self.data, q)
         return self.data.oMf[self.chain.tip_frame]
 
@@ -74,7 +73,7 @@ class ReferenceModel:
         return least
 
 
-def _capsule_placement(a: Array, b: Array) -> Any:
+def _capsule_placement(a: Array, b: Array) -> pin.SE3:
     along = b - a
     length = np.linalg.norm(along)
     rotation = np.eye(3)
@@ -83,7 +82,7 @@ def _capsule_placement(a: Array, b: Array) -> Any:
     return pin.SE3(rotation, (a + b) / 2)
 
 
-def tool_error(tip: Any, target_r: Array, target_p: Array) -> tuple[Array, float, float]:
+def tool_error(tip: pin.SE3, target_r: Array, target_p: Array) -> tuple[Array, float, float]:
     """Return the six errors of the tool at ``tip`` and their squared norms, as the kernel has them."""
     relative = target_r @ tip.rotation.T
     sine = 0.5 * np.array(

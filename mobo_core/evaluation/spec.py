@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from mobo_core.errors import InputError
@@ -74,7 +75,7 @@ class EvaluationSpec(Settings):
         """Number of voxels in all; the largest reach an arm can score."""
         return math.prod(self.shape)
 
-    def voxel_centres(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def voxel_centres(self) -> NDArray[np.float64]:
         """Return the voxel centres in metres, base frame, shape (n_voxels, 3), index (ix*ny + iy)*nz + iz."""
         axes = [
             np.array([low + (i + 0.5) * self.voxel_size for i in range(n)])
@@ -83,7 +84,7 @@ class EvaluationSpec(Settings):
         return np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
-PRESETS: dict[str, dict[str, Any]] = {
+PRESETS: dict[str, dict[str, object]] = {
     "paper": {},
     "paper_fine": {"voxel_size": 0.1},
     "mobo": {"ik_mode": "complete", "restarts": 31, "iterations": 10},
@@ -96,7 +97,7 @@ def with_ik(spec: EvaluationSpec, ik_mode: str) -> EvaluationSpec:
     Raises:
         InputError: no such mode.
     """
-    effort: dict[str, Any] = {"ik_mode": ik_mode}
+    effort: dict[str, object] = {"ik_mode": ik_mode}
     for preset in (EvaluationSpec.of(values) for values in PRESETS.values()):
         if preset.ik_mode == ik_mode:
             effort |= {"restarts": preset.restarts, "iterations": preset.iterations}

@@ -7,21 +7,16 @@ with their inertials, and joints. Collision shapes are kept beside it.
 
 from __future__ import annotations
 
-import io
 import math
 from dataclasses import dataclass, field
-from xml.etree.ElementTree import Element, ParseError, SubElement, tostring
-
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import iterparse
+from xml.etree.ElementTree import Element, SubElement, tostring
 
 from mobo_core.errors import InputError
+from mobo_core.evaluation.urdf_xml import numbers, parse, text, unique_names
 
 MAX_BYTES = 1_000_000
-MAX_DEPTH = 32
 MAX_JOINTS = 64
 MAX_LINKS = 256
-_MAX_NUMBER = 1e6
 _TURNING = ("revolute", "continuous")
 _ANGLE_LIMIT = 1e3
 
@@ -79,17 +74,17 @@ class CheckedUrdf:
         return joints[::-1]
 
 
-def check_urdf(text: str | bytes) -> CheckedUrdf:
+def check_urdf(urdf: str | bytes) -> CheckedUrdf:
     """Check a URDF and return what an evaluation needs of it.
 
     Raises:
         InputError: too large, not XML, with a DTD or entities, too deep, not one tree of links, or with a
             number that is not finite or impossible.
     """
-    data = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
+    data = urdf.encode("utf-8", "surrogatepass") if isinstance(urdf, str) else urdf
     if len(data) > MAX_BYTES:
         raise InputError(f"{len(data)} bytes", where="urdf", expected=f"at most {MAX_BYTES} bytes")
-    robot = _parse(data)
+    robot = parse(data)
     if robot.tag != "robot":
         raise InputError(f"root element <{robot.tag[:40]}>", where="urdf", expected="<robot>")
     links, joints = robot.findall("link"), robot.findall("joint")
@@ -99,8 +94,8 @@ def check_urdf(text: str | bytes) -> CheckedUrdf:
         raise InputError(f"{len(joints)} joints", where="urdf", expected=f"1 to {MAX_JOINTS}")
     checked = CheckedUrdf()
     plain = Element("robot", name="checked")
-    names = _unique_names(links, "link")
-    _unique_names(joints, "joint")
+    names = unique_names(links, "link")
+    unique_names(joints, "joint")
     for link in links:
         _link(link, plain, checked)
     for joint in joints:
@@ -110,60 +105,11 @@ def check_urdf(text: str | bytes) -> CheckedUrdf:
     return checked
 
 
-def _parse(data: bytes) -> Element:
-    depth = 0
-    root: Element | None = None
-    try:
-        for event, element in iterparse(io.BytesIO(data), events=("start", "end"), forbid_dtd=True):
-            root = element if root is None else root
-            depth += 1 if event == "start" else -1
-            if depth > MAX_DEPTH:
-                raise InputError(
-                    f"elements nested deeper than {MAX_DEPTH}", where="urdf", expected="a URDF robot"
-                )
-    except DefusedXmlException as error:
-        kind = type(error).__name__
-        raise InputError(f"forbidden XML ({kind})", where="urdf", expected="XML without DTD or entities") from None
-    except (ParseError, ValueError, LookupError) as error:
-        raise InputError(f"not well-formed XML ({error})", where="urdf", expected="a URDF robot") from None
-    if root is None:
-        raise InputError("empty", where="urdf", expected="a URDF robot")
-    return root
-
-
-def _unique_names(elements: list[Element], kind: str) -> set[str]:
-    names: set[str] = set()
-    for element in elements:
-        name = element.get("name", "")
-        if not name or len(name) > 200 or not name.isprintable():
-            raise InputError(f"{kind} named {name[:40]!r}", where="urdf", expected="a printable name")
-        if name in names:
-            raise InputError(f"two {kind}s named {name!r}", where="urdf", expected="distinct names")
-        names.add(name)
-    return names
-
-
-def _numbers(element: Element | None, attribute: str, default: str, where: str, count: int = 3) -> tuple[float, ...]:
-    text = default if element is None else element.get(attribute, default)
-    try:
-        values = tuple(float(word) for word in text.split())
-    except ValueError:
-        values = ()
-    if len(values) != count or not all(math.isfinite(v) and abs(v) <= _MAX_NUMBER for v in values):
-        what = f"{attribute}={text[:60]!r}"
-        raise InputError(what, where=where, expected=f"{count} finite number{'s' if count > 1 else ''}")
-    return values
-
-
 def _plain_origin(source: Element, target: Element, where: str) -> None:
     origin = source.find("origin")
-    xyz = _numbers(origin, "xyz", "0 0 0", where)
-    rpy = _numbers(origin, "rpy", "0 0 0", where)
-    SubElement(target, "origin", xyz=_text(xyz), rpy=_text(rpy))
-
-
-def _text(values: tuple[float, ...]) -> str:
-    return " ".join(repr(value) for value in values)
+    xyz = numbers(origin, "xyz", "0 0 0", where)
+    rpy = numbers(origin, "rpy", "0 0 0", where)
+    SubElement(target, "origin", xyz=text(xyz), rpy=text(rpy))
 
 
 def _link(link: Element, plain: Element, checked: CheckedUrdf) -> None:
@@ -172,7 +118,7 @@ def _link(link: Element, plain: Element, checked: CheckedUrdf) -> None:
     target = SubElement(plain, "link", name=name)
     inertial = link.find("inertial")
     if inertial is not None:
-        (mass,) = _numbers(inertial.find("mass"), "value", "", where + " mass", 1)
+        (mass,) = numbers(inertial.find("mass"), "value", "", where + " mass", 1)
         if mass <= 0:
             raise InputError(f"mass {mass:g} kg", where=where, expected="more than 0")
         part = SubElement(target, "inertial")
@@ -180,7 +126,7 @@ def _link(link: Element, plain: Element, checked: CheckedUrdf) -> None:
         SubElement(part, "mass", value=repr(mass))
         inertia = inertial.find("inertia")
         moments = {
-            key: repr(_numbers(inertia, key, "0", where + " inertia", 1)[0])
+            key: repr(numbers(inertia, key, "0", where + " inertia", 1)[0])
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         }
         SubElement(part, "inertia", moments)
@@ -196,12 +142,12 @@ def _shape(collision: Element, link: str, checked: CheckedUrdf) -> None:
     if cylinder is None and sphere is None:
         checked.ignored_shapes += 1
         return
-    (radius,) = _numbers(cylinder if cylinder is not None else sphere, "radius", "", where, 1)
-    (length,) = _numbers(cylinder, "length", "", where, 1) if cylinder is not None else (0.0,)
+    (radius,) = numbers(cylinder if cylinder is not None else sphere, "radius", "", where, 1)
+    (length,) = numbers(cylinder, "length", "", where, 1) if cylinder is not None else (0.0,)
     if radius <= 0 or length < 0:
         raise InputError(f"radius {radius:g}, length {length:g}", where=where, expected="radius > 0, length >= 0")
     origin = collision.find("origin")
-    xyz, rpy = _numbers(origin, "xyz", "0 0 0", where), _numbers(origin, "rpy", "0 0 0", where)
+    xyz, rpy = numbers(origin, "xyz", "0 0 0", where), numbers(origin, "rpy", "0 0 0", where)
     checked.shapes.append(Shape(link, xyz, rpy, length, radius))
 
 
@@ -227,17 +173,17 @@ def _joint(joint: Element, plain: Element, links: set[str], checked: CheckedUrdf
         return
     if joint.find("mimic") is not None:
         checked.mimics.add(name)
-    axis = _numbers(joint.find("axis"), "xyz", "1 0 0", where + " axis")
+    axis = numbers(joint.find("axis"), "xyz", "1 0 0", where + " axis")
     if abs(math.sqrt(sum(a * a for a in axis)) - 1) > 1e-3:
-        raise InputError(f"axis {_text(axis)}", where=where, expected="a vector of length 1")
-    SubElement(target, "axis", xyz=_text(axis))
+        raise InputError(f"axis {text(axis)}", where=where, expected="a vector of length 1")
+    SubElement(target, "axis", xyz=text(axis))
     lower, upper = -math.pi, math.pi
     if kind != "continuous":
         limit = joint.find("limit")
         if limit is None:
             raise InputError("no <limit>", where=where, expected='<limit lower="…" upper="…"/>')
-        (lower,) = _numbers(limit, "lower", "0", where + " limit", 1)
-        (upper,) = _numbers(limit, "upper", "0", where + " limit", 1)
+        (lower,) = numbers(limit, "lower", "0", where + " limit", 1)
+        (upper,) = numbers(limit, "upper", "0", where + " limit", 1)
         if lower >= upper or max(abs(lower), abs(upper)) > _ANGLE_LIMIT:
             what = f"lower {lower:g}, upper {upper:g}"
             raise InputError(what, where=where, expected=f"lower < upper, within {_ANGLE_LIMIT:g}")

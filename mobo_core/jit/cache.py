@@ -9,10 +9,10 @@ import sys
 from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 Loaded = TypeVar("Loaded")
-Function = TypeVar("Function", bound=Callable[..., Any])
+Function = TypeVar("Function", bound=Callable[..., object])
 
 
 def _to_stderr(text: str) -> None:
@@ -116,7 +116,6 @@ class Cache:
         return load()
 
 
-def interpreted(function: Callable[..., Any]) -> Callable[..., Any]:
+def interpreted(function: Function) -> Function:
     """Return a compiled function as Python runs it: for a few calls, compiling takes longer."""
-    plain: Callable[..., Any] = function.py_func  # type: ignore[attr-defined]
-    return plain
+    return cast(Function, function.py_func)  # type: ignore[attr-defined]

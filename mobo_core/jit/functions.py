@@ -7,9 +7,9 @@ mathematics library returns in the last digit depends on its version and on the 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mobo_core.jit.cache import Cache
 
@@ -34,7 +34,7 @@ _LOG_TERMS = tuple(1.0 / (2 * k + 1) for k in range(11, -1, -1))
 
 
 @compiled
-def exp(x: float) -> Any:
+def exp(x: float) -> float:
     """Return e^x for x < 700, within 5e-16 of itself; what would be smaller than e^-700 counts as that."""
     x = max(x, -700.0)
     shifted = x * LOG2_E + _ROUND
@@ -52,7 +52,7 @@ def exp(x: float) -> Any:
 
 
 @compiled
-def exp2(x: float) -> Any:
+def exp2(x: float) -> float:
     """Return 2^x for x < 1000, within 1e-14 of itself; what would be smaller than 2^-1000 counts as that.
 
     A third cheaper than :func:`exp`, for sums of many.
@@ -70,7 +70,7 @@ def exp2(x: float) -> Any:
 
 
 @compiled
-def log(x: float) -> Any:
+def log(x: float) -> float:
     """Return the natural logarithm of a normal number above 0, within 3e-16 or so."""
     bits = np.float64(x).view(np.int64)
     k = (bits >> _SHIFT) - _BIAS
@@ -87,7 +87,7 @@ def log(x: float) -> Any:
 
 
 @compiled
-def power(x: float, y: float) -> Any:
+def power(x: float, y: float) -> float:
     """Return x^y for x > 0."""
     return exp(y * log(x))
 
@@ -98,7 +98,7 @@ TAIL_STEPS, TAIL_END, TAIL_TERMS = 16, 40.0, 10
 
 
 @compiled
-def _central_table() -> np.ndarray:
+def _central_table() -> NDArray[np.float64]:
     nodes = int(CENTRAL_END * CENTRAL_STEPS) + 1
     table = np.empty((nodes, CENTRAL_TERMS))
     value, step = 0.0, 1.0 / CENTRAL_STEPS
@@ -121,7 +121,7 @@ def _central_table() -> np.ndarray:
 
 
 @compiled
-def _tail_table() -> np.ndarray:
+def _tail_table() -> NDArray[np.float64]:
     nodes = int(TAIL_END * TAIL_STEPS) + 1
     table = np.empty((nodes, TAIL_TERMS))
     step = 1.0 / TAIL_STEPS
@@ -151,28 +151,28 @@ CENTRAL, TAIL = _central_table(), _tail_table()
 
 
 @compiled
-def half_mass(t: float, central: np.ndarray) -> Any:
+def half_mass(t: float, central: NDArray[np.float64]) -> float:
     """Return Phi(t) - 1/2, the probability of a standard normal number between 0 and t; ``central`` is CENTRAL."""
     u = abs(t)
     if u >= CENTRAL_END:
         return 0.5 if t > 0.0 else -0.5
     i = int(u * CENTRAL_STEPS + 0.5)
     s = u - i * (1.0 / CENTRAL_STEPS)
-    p = central[i, CENTRAL_TERMS - 1]
+    p: float = central[i, CENTRAL_TERMS - 1]
     for j in range(CENTRAL_TERMS - 2, -1, -1):
         p = p * s + central[i, j]
     return p if t > 0.0 else -p
 
 
 @compiled
-def _far_series(t: float) -> Any:
+def _far_series(t: float) -> float:
     """Return Phi(-t) t / phi(t) for t >= TAIL_END, by its asymptotic series."""
     w = 1.0 / (t * t)
     return 1.0 - w * (1.0 - 3.0 * w * (1.0 - 5.0 * w * (1.0 - 7.0 * w * (1.0 - 9.0 * w))))
 
 
 @compiled
-def log_tail(t: float, tail: np.ndarray) -> tuple[Any, Any]:
+def log_tail(t: float, tail: NDArray[np.float64]) -> tuple[float, float]:
     """Return log Phi(-t) and its slope, for t >= 0; ``tail`` is TAIL."""
     if t >= TAIL_END:
         p = _far_series(t)
@@ -187,7 +187,7 @@ def log_tail(t: float, tail: np.ndarray) -> tuple[Any, Any]:
 
 
 @compiled
-def tail_at(log_p: float, tail: np.ndarray) -> Any:
+def tail_at(log_p: float, tail: NDArray[np.float64]) -> float:
     """Return t with log Phi(-t) = ``log_p``, for log_p <= log(1/2)."""
     last = tail.shape[0] - 1
     if log_p <= tail[last, 0]:
@@ -209,7 +209,7 @@ def tail_at(log_p: float, tail: np.ndarray) -> Any:
 
 
 @compiled
-def log_mass(a: float, b: float, central: np.ndarray, tail: np.ndarray) -> Any:
+def log_mass(a: float, b: float, central: NDArray[np.float64], tail: NDArray[np.float64]) -> float:
     """Return the logarithm of the probability of a standard normal number between a and b > a."""
     if a <= 0.0 <= b:
         return log(half_mass(b, central) - half_mass(a, central))
@@ -221,21 +221,21 @@ def log_mass(a: float, b: float, central: np.ndarray, tail: np.ndarray) -> Any:
 
 
 @compiled
-def far_mass(a: float, b: float) -> tuple[Any, Any]:
+def far_mass(a: float, b: float) -> tuple[float, float]:
     """Return (m, e): what :func:`log_mass` takes the logarithm of is m e^e; both bounds beyond TAIL_END on one side."""
     near, far = (a, b) if a > 0.0 else (-b, -a)
     return (_far_series(near) / near - _beyond(near, far)) / _ROOT_2_PI, -0.5 * near * near
 
 
 @compiled
-def _beyond(near: float, far: float) -> Any:
+def _beyond(near: float, far: float) -> float:
     """Return Phi(-far) as a multiple of the density at ``near``."""
     gap = 0.5 * (far - near) * (far + near)
     return exp(-gap) * _far_series(far) / far if gap < 40.0 else 0.0
 
 
 @compiled
-def between(q: float, a: float, b: float, central: np.ndarray, tail: np.ndarray) -> Any:
+def between(q: float, a: float, b: float, central: NDArray[np.float64], tail: NDArray[np.float64]) -> float:
     """Return the number below which the share ``q`` of a standard normal distribution cut off at a and b lies."""
     if q <= 0.0 or q >= 1.0:
         return a if q <= 0.0 else b
@@ -245,7 +245,7 @@ def between(q: float, a: float, b: float, central: np.ndarray, tail: np.ndarray)
 
 
 @compiled
-def _between_left(q: float, a: float, b: float, central: np.ndarray, tail: np.ndarray) -> Any:
+def _between_left(q: float, a: float, b: float, central: NDArray[np.float64], tail: NDArray[np.float64]) -> float:
     """Return what :func:`between` does for a <= 0."""
     if b < 0.0:
         # Both in the lower tail: p = Phi(a) + q (Phi(b) - Phi(a)), relative to Phi(b).
@@ -264,6 +264,6 @@ def _between_left(q: float, a: float, b: float, central: np.ndarray, tail: np.nd
 
 
 @compiled
-def _lower_tail(a: float, at_a: float, tail: np.ndarray) -> Any:
+def _lower_tail(a: float, at_a: float, tail: NDArray[np.float64]) -> float:
     """Return Phi(a) for a <= 0, where ``at_a`` = Phi(a) - 1/2 is known: exact in the far tail too."""
     return 0.5 + at_a if a > -3.0 else exp(log_tail(-a, tail)[0])

@@ -8,9 +8,9 @@ used without fastmath throughout, so that it neither reorders nor contracts.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mobo_core.jit.cache import Cache
 
@@ -30,7 +30,7 @@ _TO_UNIT = 1.0 / 9007199254740992.0  # 2**-53
 
 
 @compiled
-def mix(state: Any, word: Any) -> Any:
+def mix(state: np.uint64, word: int | np.uint64) -> np.uint64:
     """Fold one 64-bit word into a 64-bit state (the finaliser of SplitMix64, Steele et al. 2014)."""
     z = (np.uint64(state) ^ np.uint64(word)) + _GOLDEN
     z = (z ^ (z >> _S30)) * _MIX_1
@@ -39,13 +39,13 @@ def mix(state: Any, word: Any) -> Any:
 
 
 @compiled
-def stream(seed: int, kind: int, a: int, b: int, c: int) -> Any:
+def stream(seed: int, kind: int, a: int, b: int, c: int) -> np.uint64:
     """Return the state that starts the stream of random numbers for (seed, kind, a, b, c)."""
     return mix(mix(mix(mix(mix(np.uint64(0), seed), kind), a), b), c)
 
 
 @compiled
-def uniform(state: Any, k: int) -> Any:
+def uniform(state: np.uint64, k: int) -> float:
     """Return number k of a stream, uniform in [0, 1) with 53 bits."""
     return (mix(state, k) >> _S11) * _TO_UNIT
 
@@ -94,7 +94,7 @@ def sin_cos(x: float) -> tuple[float, float]:
 
 
 @compiled
-def target_rotation(seed: int, voxel: int, pose: int, rotation: np.ndarray) -> None:
+def target_rotation(seed: int, voxel: int, pose: int, rotation: NDArray[np.float64]) -> None:
     """Write the target orientation of (seed, voxel, pose) into ``rotation``, shape (3, 3), base frame.
 
     Uniform on SO(3): a point drawn uniformly in the ball of dimension 4 by rejection, projected onto the
@@ -126,8 +126,9 @@ def target_rotation(seed: int, voxel: int, pose: int, rotation: np.ndarray) -> N
 
 @compiled
 def random_start(
-    seed: int, voxel: int, pose: int, attempt: int, lower: np.ndarray, upper: np.ndarray, q: np.ndarray
-) -> None:
+    seed: int, voxel: int, pose: int, attempt: int,
+    lower: NDArray[np.float64], upper: NDArray[np.float64], q: NDArray[np.float64],
+) -> None:  # fmt: skip
     """Write the start of an IK attempt into ``q`` (rad), uniform between the joint limits."""
     state = stream(seed, STREAM_START, voxel, pose, attempt)
     for i in range(q.shape[0]):

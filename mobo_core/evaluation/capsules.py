@@ -1,0 +1,57 @@
+"""The collision shapes of a chain as capsules, and the pairs of them that may collide."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from mobo_core.evaluation.kernel.geometry import segment_distance_squared
+from mobo_core.evaluation.matrices import Matrix, times, transposed, turn
+from mobo_core.evaluation.urdf import CheckedUrdf
+from mobo_core.jit.cache import interpreted
+
+TOUCHING = 1e-9  # m; capsules this close in the zero posture may touch in any
+
+
+def capsules_of(
+    model: pin.Model, checked: CheckedUrdf, frames: Sequence[Matrix]
+) -> list[tuple[int, list[float], list[float], float]]:
+    """Return each collision shape's joint (-1: the base), the ends of its segment in that joint frame, and radius.
+
+    ``frames`` are the chain's joint frames in Pinocchio's, the base's first.
+    """
+    capsules = []
+    for shape in checked.shapes:
+        frame = model.frames[model.getFrameId(shape.link, pin.BODY)]
+        joint = int(frame.parentJoint)
+        rotation = times(frame.placement.rotation, pin.rpy.rpyToMatrix(*shape.rpy))
+        centre = turn(frame.placement.rotation, shape.xyz)
+        back = transposed(frames[joint])
+        ends = []
+        for sign in (-0.5, 0.5):
+            along = [sign * shape.length * rotation[k][2] for k in range(3)]
+            ends.append(turn(back, [centre[k] + float(frame.placement.translation[k]) + along[k] for k in range(3)]))
+        capsules.append((joint - 1, ends[0], ends[1], shape.radius))
+    return capsules
+
+
+def separate_pairs(
+    joint: NDArray[np.int64], ends: NDArray[np.float64], radius: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return the pairs (k, 2) of capsules on different joints that are more than TOUCHING apart.
+
+    ``joint`` (c,), ``ends`` (c, 2, 3) m, and ``radius`` (c,) m, of all capsules.
+    """
+    pairs = []
+    for i, j in itertools.combinations(range(len(radius)), 2):
+        if joint[i] == joint[j]:
+            continue
+        squared = interpreted(segment_distance_squared)(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1])
+        if math.sqrt(squared) - radius[i] - radius[j] > TOUCHING:
+            pairs.append((i, j))
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)

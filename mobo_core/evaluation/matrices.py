@@ -1,0 +1,42 @@
+"""Products of 3 x 3 matrices, written out: a BLAS may round differently from machine to machine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = Sequence[float] | NDArray[np.float64]
+Matrix = Sequence[Sequence[float]] | NDArray[np.float64]
+
+
+def axis_frame(axis: Vector) -> list[list[float]]:
+    """Return a rotation whose z column is ``axis``; a signed permutation if the axis is one of x, y, z."""
+    k = min(range(3), key=lambda i: abs(axis[i]))
+    x = [(1.0 if i == k else 0.0) - axis[k] * axis[i] for i in range(3)]
+    norm = math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2])
+    x = [v / norm for v in x]
+    y = [axis[(i + 1) % 3] * x[(i + 2) % 3] - axis[(i + 2) % 3] * x[(i + 1) % 3] for i in range(3)]
+    return [[x[i], y[i], axis[i]] for i in range(3)]
+
+
+def times(a: Matrix, b: Matrix) -> list[list[float]]:
+    """Return the product a b."""
+    return [[float(sum(a[i][k] * b[k][j] for k in range(3))) for j in range(3)] for i in range(3)]
+
+
+def turn(a: Matrix, v: Vector) -> list[float]:
+    """Return the product of a matrix and a vector."""
+    return [float(a[i][0] * v[0] + a[i][1] * v[1] + a[i][2] * v[2]) for i in range(3)]
+
+
+def transposed(a: Matrix) -> list[list[float]]:
+    """Return the transposed matrix."""
+    return [[float(a[j][i]) for j in range(3)] for i in range(3)]
+
+
+def norm(p: Vector) -> float:
+    """Return the length of a vector."""
+    return math.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
