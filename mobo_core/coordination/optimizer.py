@@ -19,7 +19,17 @@ from mobo_core.design.description import TIP_LINK
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec_message import spec_to_message
-from mobo_core.messages import UNABLE, Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial, decode
+from mobo_core.messages import (
+    UNABLE,
+    Candidate,
+    Command,
+    Evaluation,
+    EvaluatorStatus,
+    StudyStatus,
+    Trial,
+    decode,
+    encode,
+)
 from mobo_core.search.front import RunningFront
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
 
@@ -176,6 +186,20 @@ class Optimizer:
     def record_status(self, state: int, reason: str = "") -> bytes:
         """Put the study's status into the bag; return it as CDR bytes."""
         return self._bag.append("study", self.status(state, reason))
+
+    def end(self) -> bytes:
+        """Record that the study is done or was stopped, if this changes its bag; return that status as CDR bytes."""
+        told = len(self.study.told)
+        if self.done:
+            final = self.status(StudyStatus.DONE)
+            self._log(f"done: {told} trials told, {self.failed} failed")
+        else:
+            why = "stopped by a command" if self.controls.stopped else "stopped by a signal"
+            final = self.status(StudyStatus.STOPPED, why)
+            self._log(f"stopped after {told} of {self.n_trials} trials; resume:=true goes on")
+        if not self.done or self._bag.recording:
+            self._bag.append("study", final)
+        return encode(final)
 
     def _replay(self, past: StudyRecord) -> None:
         """Bring the study to where its bag left it."""

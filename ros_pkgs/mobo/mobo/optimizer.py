@@ -78,7 +78,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
             warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
         )  # fmt: skip
-        states, clock, best = messages.StudyStatus, time.monotonic, BestArm(node)
+        clock, best = time.monotonic, BestArm(node)
 
         def report() -> None:
             publishers["study"].publish(encode(optimizer.status(optimizer.state)))
@@ -95,22 +95,13 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         publish_health(node, "study", lambda: health.at(clock()))
         log(f"study {name}: {options.n_trials} trials into {folder}")
         if not optimizer.done:
-            optimizer.record_status(states.RUNNING)
+            optimizer.record_status(messages.StudyStatus.RUNNING)
         while not (stop or optimizer.done or optimizer.controls.stopped):
             executor.spin_once(timeout_sec=_TICK_S)
         report()
-        told, total = len(optimizer.study.told), options.n_trials
-        if optimizer.done:
-            final = optimizer.status(states.DONE)
-            log(f"done: {told} trials told, {optimizer.failed} failed")
-        else:
-            why = "stopped by a command" if optimizer.controls.stopped else "stopped by a signal"
-            final = optimizer.status(states.STOPPED, why)
-            log(f"stopped after {told} of {total} trials; resume:=true goes on")
-        if not optimizer.done or bag.recording:
-            bag.append("study", final)
+        final = optimizer.end()
         bag.close()
-        publishers["study"].publish(encode(final))
+        publishers["study"].publish(final)
         publishers["study"].wait_for_all_acked(Duration(seconds=1))
         return 0 if optimizer.done else 1
     except BaseException as error:
