@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import json
 import math
 import os
@@ -267,6 +268,20 @@ def test_in_any_study(multivariate: bool) -> None:
     for found, should in zip(run(own), run(theirs), strict=True):
         assert found["kind"] == should["kind"]
         assert found == pytest.approx(should, abs=1e-9)
+
+
+@pytest.mark.skipif(version_of_installed() != "4.9.0", reason="Optuna 5 has other rules")
+@pytest.mark.parametrize("directions", list(itertools.product(("maximize", "minimize"), repeat=2)))
+def test_any_directions(directions: tuple[str, str]) -> None:
+    """Whichever way is better in each objective, also where values are negative, it draws what Optuna draws."""
+    space = {"x": FloatDistribution(-1, 1), "k": CategoricalDistribution(("R", "P"))}
+    given = {"n_startup_trials": 8, "gamma": paper_gamma, "multivariate": True, "constant_liar": False, "seed": 3}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        expected = drawn_by(stock_tpe.TPESampler(**given), space, list(directions))
+        found = drawn_by(FastTPESampler(**given), space, list(directions))  # type: ignore[arg-type]
+    assert [params["k"] for params in found] == [params["k"] for params in expected]
+    assert [params["x"] for params in found] == pytest.approx([params["x"] for params in expected], abs=1e-9)
 
 
 def test_several_threads() -> None:

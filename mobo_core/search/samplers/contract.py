@@ -28,23 +28,27 @@ Value = Callable[[int, Design], tuple[float, ...] | None]
 
 
 def cases(sampler: str) -> list[StudySettings]:
-    """Return settings to try a sampler with: both ways of lengths, some in flight, as far as it takes them.
+    """Return settings to try a sampler with, as far as it takes them.
+
+    Both ways of lengths with one, some and many trials in flight; and three objectives.
 
     Raises:
         InputError: no such sampler.
     """
     unfit, settings = SAMPLERS.of(sampler).unfit, []
-    for lengths, in_flight in itertools.product(("fractions", "sequential"), (1, 3, 8)):
+    two, three = ("reach", "torque"), ("reach", "torque", "mass")
+    ways = itertools.product(("fractions", "sequential"), (1, 3, 8), (two,))
+    for lengths, in_flight, objectives in (*ways, ("fractions", 3, three)):
         space = DesignSpace.of({"n_joints": 4, "lengths": lengths, "max_length": 0.25})
-        given = {"space": space, "sampler": sampler, "in_flight": in_flight, "n_startup_trials": 8}
-        if not unfit(space, ("reach", "torque")):
-            settings.append(StudySettings.of(given))
+        given = {"space": space, "objectives": objectives, "sampler": sampler}
+        if not unfit(space, objectives):
+            settings.append(StudySettings.of({**given, "in_flight": in_flight, "n_startup_trials": 8}))
     return settings
 
 
 def label(settings: StudySettings) -> str:
     """Return what tells a case from the others."""
-    return f"{settings.sampler}-{settings.space.lengths}-{settings.in_flight}"
+    return f"{settings.sampler}-{settings.space.lengths}-{settings.in_flight}-{len(settings.objectives)}"
 
 
 def score(design: Design) -> tuple[float, float]:
@@ -83,7 +87,10 @@ def go_on(
 def tell_next(study: OrderedStudy, value: Value = value_of) -> None:
     """Tell the next trial its value."""
     number = len(study.told)
-    study.tell(Told(number, value(number, study.asked[number].design)))
+    design = study.asked[number].design
+    if (values := value(number, design)) is not None:
+        values = (*values, design.lengths[-1])[: len(study.settings.objectives)]
+    study.tell(Told(number, values))
 
 
 def resumed(settings: StudySettings, asked: Sequence[Asked], told: int) -> OrderedStudy:

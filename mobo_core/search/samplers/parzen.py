@@ -1,4 +1,8 @@
-"""The samplers ``tpe``, ``tpe_univariate`` and ``paper``: tree-structured Parzen estimators."""
+"""The samplers ``tpe``, ``tpe_univariate`` and ``paper``: tree-structured Parzen estimators.
+
+Two objectives of any directions are modelled by mobo's own FastTPESampler. Three go to Optuna's TPESampler with
+the same settings, which is slower, and whose last bits may differ between kinds of processor.
+"""
 
 from __future__ import annotations
 
