@@ -95,7 +95,7 @@ class Collector:
                 study.candidates.append(message)
             case Evaluation():
                 sent = (message.attempt, message.evaluator) in self._sent.get(message.trial, ())
-                if sent and is_good(message, study.settings.spec.n_voxels):
+                if sent and is_good(message, study.settings):
                     self._answered.add(message.trial)
                 if not (self._lean and message.trial in study.trials):
                     study.evaluations.append(message)
@@ -135,6 +135,6 @@ class Collector:
         if told:
             study.evaluations[:] = [evaluation for evaluation in study.evaluations if evaluation.trial != number]
         if trial.state == Trial.COMPLETE and (study.best is None or trial.reach > study.best[0].reach):
-            key, n_voxels = (trial.attempt, trial.evaluator), study.settings.spec.n_voxels
-            good = [e for e in told if (e.attempt, e.evaluator) == key and is_good(e, n_voxels)]
+            key = (trial.attempt, trial.evaluator)
+            good = [e for e in told if (e.attempt, e.evaluator) == key and is_good(e, study.settings)]
             study.best = (good[0], urdf) if good else study.best

@@ -152,7 +152,7 @@ class StudyRecord:
         if not hasattr(self, "_good"):
             self._good: dict[tuple[int, int, str], Evaluation] = {}
             for evaluation in self.evaluations:
-                if is_good(evaluation, self.settings.spec.n_voxels):
+                if is_good(evaluation, self.settings):
                     key = (int(evaluation.trial), int(evaluation.attempt), evaluation.evaluator)
                     self._good.setdefault(key, evaluation)
         return self._good

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 
 from mobo_core.messages import Evaluation, Trial
+from mobo_core.search.study import StudySettings
 
 
-def evaluation_fault(evaluation: Evaluation, n_voxels: int) -> str:
-    """Return what is wrong with the values of an Evaluation, or ""."""
+def evaluation_fault(evaluation: Evaluation, n_voxels: int, objectives: Sequence[str] = ()) -> str:
+    """Return what is wrong with the values of an Evaluation in a study of these objectives, or ""."""
     for name in ("voxel_reach", "voxel_torque", "voxel_torque_sd", "voxel_out_of_range", "voxel_not_converged",
                  "voxel_in_collision"):  # fmt: skip
         values = getattr(evaluation, name)
@@ -25,15 +26,20 @@ def evaluation_fault(evaluation: Evaluation, n_voxels: int) -> str:
         value, parts = getattr(evaluation, total), math.fsum(getattr(evaluation, part))
         if not math.isfinite(value) or abs(value - parts) > 1e-9 * max(1.0, parts):
             return f"{total} is {value!r}, but {part} adds up to {parts!r}"
+    for name, value in zip(objectives, values_of(evaluation, objectives), strict=True):
+        if not math.isfinite(value):
+            return f"no finite {name}"
     return ""
 
 
-def is_good(evaluation: Evaluation, n_voxels: int) -> bool:
-    """Return whether an Evaluation carries values that may be told."""
-    return evaluation.status == Evaluation.OK and not evaluation_fault(evaluation, n_voxels)
+def is_good(evaluation: Evaluation, settings: StudySettings) -> bool:
+    """Return whether an Evaluation carries values that may be told in a study of these settings."""
+    return evaluation.status == Evaluation.OK and not evaluation_fault(
+        evaluation, settings.spec.n_voxels, settings.objectives
+    )
 
 
-def values_of(message: Evaluation | Trial, objectives: Iterable[str]) -> tuple[float, ...]:
+def values_of(message: Evaluation | Trial, objectives: Sequence[str]) -> tuple[float, ...]:
     """Return the values of these objectives that a message holds, NaN for one that it lacks."""
     known = {"reach": message.reach, "torque": message.torque}
     extra = zip(message.extra_names, message.extra_values, strict=False)

@@ -7,6 +7,7 @@ import hashlib
 import socket
 import time
 import traceback
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -14,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from mobo_core.errors import InputError, UnableError
+from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.result import Engine, Result
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.evaluation.spec_message import spec_from_message
@@ -97,8 +99,12 @@ class Answering:
         }
 
     def _evaluate(self, candidate: Candidate, spec: EvaluationSpec) -> Result:
+        extra = [name for name in candidate.objectives if name not in ("reach", "torque")]
+        for name in extra:
+            if name not in OBJECTIVES:
+                raise UnableError(f"objective {name!r}", where="objectives", expected=OBJECTIVES.names())
         if self.engine == "simulated":
-            return simulated(candidate.urdf, spec, self.simulated_s)
+            return simulated(candidate.urdf, spec, self.simulated_s, extra)
         from mobo_core.evaluation.evaluate import evaluate
 
         engine: Engine = self.engine
@@ -108,6 +114,7 @@ class Answering:
             tip=candidate.tip,
             engine=engine,
             threads=self.threads,
+            objectives=extra,
             audit_poses=AUDIT_POSES,
             audit_number=int(candidate.trial),
         )
@@ -120,19 +127,20 @@ def result_fields(result: Result) -> dict[str, Any]:
     fields = {name: getattr(result, name) for name in same}
     for reason in ("out_of_range", "not_converged", "in_collision"):
         fields[f"voxel_{reason}"] = getattr(result, reason)
-    return fields
+    return fields | {"extra_names": list(result.extra), "extra_values": np.array(list(result.extra.values()))}
 
 
-def simulated(urdf: str, spec: EvaluationSpec, seconds: float) -> Result:
+def simulated(urdf: str, spec: EvaluationSpec, seconds: float, extra: Sequence[str] = ()) -> Result:
     """Return values made from the hash of ``urdf`` after ``seconds`` of sleep, to test all but evaluation."""
     time.sleep(seconds)
     digest = hashlib.sha256(urdf.encode()).digest()
     share, torque = (int.from_bytes(digest[i : i + 4], "big") / 2**32 for i in (0, 4))
     n = spec.n_voxels
     none = np.zeros(n, np.int64)
+    parts = {name: int.from_bytes(digest[8 + 4 * i : 12 + 4 * i], "big") / 2**32 for i, name in enumerate(extra)}
     return Result(
         spec=spec, reach=share * n, torque=10.0 * torque * n,
         voxel_reach=np.full(n, share), voxel_torque=np.full(n, 10.0 * torque), voxel_torque_sd=np.zeros(n),
         out_of_range=none, not_converged=none, in_collision=none, attempts=0, iterations=0, seconds=seconds,
-        joints=(), tip="",
+        joints=(), tip="", extra={name: part * OBJECTIVES[name].bound(spec) for name, part in parts.items()},
     )  # fmt: skip

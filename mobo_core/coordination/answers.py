@@ -6,6 +6,7 @@ from mobo_core.bag.validity import evaluation_fault
 from mobo_core.coordination.dispatch import Dispatch
 from mobo_core.errors import InputError
 from mobo_core.messages import Evaluation, EvaluatorStatus, decode
+from mobo_core.search.study import StudySettings
 
 # A heartbeat of so many workers, each with a candidate, is far smaller than so many bytes.
 MAX_WORKERS = 10_000
@@ -13,9 +14,10 @@ MAX_HEARTBEAT_BYTES = 1_000_000
 MAX_NAME = 255
 
 
-def claim_of(evaluation: Evaluation, n_voxels: int) -> tuple[Dispatch, bool, str]:
+def claim_of(evaluation: Evaluation, settings: StudySettings) -> tuple[Dispatch, bool, str]:
     """Return which sending an Evaluation answers, whether its trial may be told from it, and what is wrong with it."""
-    fault = evaluation_fault(evaluation, n_voxels) if evaluation.status == Evaluation.OK else ""
+    answered = evaluation.status == Evaluation.OK
+    fault = evaluation_fault(evaluation, settings.spec.n_voxels, settings.objectives) if answered else ""
     ok = not fault and evaluation.status in (Evaluation.OK, Evaluation.REJECTED)
     return Dispatch(evaluation.trial, evaluation.attempt, evaluation.evaluator), ok, fault
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.study_bag import StudyBag
+from mobo_core.bag.validity import values_of
 from mobo_core.coordination.answers import claim_of, read_heartbeat
 from mobo_core.coordination.control import Controls
 from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
@@ -73,6 +74,7 @@ class Optimizer:
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = log, warn
         self._spec_message = spec_to_message(settings.spec)
+        self._extra = [name for name in settings.objectives if name not in ("reach", "torque")]
         self._xacro, self._front = PreparedXacro(settings.space), RunningFront(settings.aims)
         self._urdfs: dict[int, str] = {}
         self._answers: dict[int, Trial] = {}  # by trial, waiting for its turn
@@ -131,7 +133,7 @@ class Optimizer:
             self.answers_unused += 1
             self._warn(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
             return
-        dispatch, ok, _ = claim_of(evaluation, self.settings.spec.n_voxels)
+        dispatch, ok, _ = claim_of(evaluation, self.settings)
         if self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED and not self._dispatcher.matters(dispatch, ok=ok):
             self.answers_unused += 1
             return
@@ -235,7 +237,7 @@ class Optimizer:
         number = len(self.study.told)
         if number not in past.trials:
             raise InputError(f"trial {number} was never told", where=str(past.path), expected="trials in order")
-        self._count(_told(past.trials[number]))
+        self._count(self._told(past.trials[number]))
 
     def _count(self, told: Told) -> None:
         self.study.tell(told)
@@ -261,6 +263,7 @@ class Optimizer:
             urdf=self._urdfs[dispatch.trial],
             tip=TIP_LINK,
             spec=self._spec_message,
+            objectives=list(self.settings.objectives),
             params_json=json.dumps(asked.params),
         )
         self.resent += dispatch.attempt > 1
@@ -268,7 +271,7 @@ class Optimizer:
 
     def _judge(self, evaluation: Evaluation, now: float) -> bool:
         """Let the dispatcher judge an answer; return whether it changed anything."""
-        dispatch, ok, fault = claim_of(evaluation, self.settings.spec.n_voxels)
+        dispatch, ok, fault = claim_of(evaluation, self.settings)
         unable = evaluation.status == Evaluation.FAILED and evaluation.reason.startswith(UNABLE)
         verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable)
         reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
@@ -290,6 +293,8 @@ class Optimizer:
             evaluator=evaluation.evaluator,
             reach=math.nan if failure else evaluation.reach,
             torque=math.nan if failure else evaluation.torque,
+            extra_names=[] if failure else self._extra,
+            extra_values=np.array([] if failure else values_of(evaluation, self._extra)),
             reason=failure[:2000],
         )
         if not failure:
@@ -302,7 +307,7 @@ class Optimizer:
 
     def _tell(self, trial: Trial) -> None:
         self._publish("trials", self._bag.append("trials", trial))
-        told = _told(trial)
+        told = self._told(trial)
         self._count(told)
         urdf = self._urdfs.pop(told.number)
         evaluation = self._evaluations.pop(told.number, None)
@@ -318,7 +323,6 @@ class Optimizer:
         none = np.empty(0, np.uint32)
         self._bag.append("evaluators", replace(status, state=state, studies=[], trials=none, attempts=none))
 
-
-def _told(trial: Trial) -> Told:
-    complete = trial.state == Trial.COMPLETE
-    return Told(trial.trial, (trial.reach, trial.torque) if complete else None)
+    def _told(self, trial: Trial) -> Told:
+        complete = trial.state == Trial.COMPLETE
+        return Told(trial.trial, values_of(trial, self.settings.objectives) if complete else None)

@@ -11,9 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mobo_core.bag.record import StudyRecord, versions
+from mobo_core.bag.validity import values_of
 from mobo_core.coordination.control import enqueued_params
 from mobo_core.design import Design, to_urdf
 from mobo_core.errors import InputError
+from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec_message import spec_to_message
 from mobo_core.messages import Evaluation, Trial, encode
 from mobo_core.search.study import OrderedStudy, Told
@@ -177,15 +179,15 @@ def _told(study: StudyRecord) -> Iterator[Fault]:
         if evaluation is None or evaluation.status != Evaluation.OK:
             yield Fault(number, "evaluation", "no good answer of the attempt it names")
             continue
-        for field in ("reach", "torque"):
-            told, answered = getattr(trial, field), getattr(evaluation, field)
+        fields = tuple(dict.fromkeys(("reach", "torque", *study.settings.objectives)))
+        for field, told, answered in zip(fields, values_of(trial, fields), values_of(evaluation, fields), strict=True):
             if told != answered:
                 yield Fault(number, field, f"told {told!r}, but the evaluation says {answered!r}")
 
 
 def _designs(study: StudyRecord, n: int) -> Iterator[Fault | None]:
     """Ask the sampler for every trial again; yield a fault or None for each."""
-    again = OrderedStudy(study.settings)
+    again, objectives = OrderedStudy(study.settings), study.settings.objectives
     enqueued = {int(c.trial): c for c in study.commands if c.command == "enqueue"}
     for number in range(n):
         while not again.may_ask():
@@ -193,7 +195,7 @@ def _designs(study: StudyRecord, n: int) -> Iterator[Fault | None]:
             if told is None:
                 yield Fault(number, "design", f"asked before trial {len(again.told)} was told")
                 return
-            values = (float(told.reach), float(told.torque)) if told.state == Trial.COMPLETE else None
+            values = values_of(told, objectives) if told.state == Trial.COMPLETE else None
             again.tell(Told(len(again.told), values))
         candidate = study.candidate_of(number)
         if candidate is None:
@@ -223,6 +225,7 @@ class _Job(NamedTuple):
     tip: str
     spec_json: str
     recorded: dict[str, Any]
+    extra: dict[str, float]  # by objective; reach and torque are compared as recorded
 
 
 def _evaluation_jobs(study: StudyRecord) -> list[_Job]:
@@ -233,7 +236,8 @@ def _evaluation_jobs(study: StudyRecord) -> list[_Job]:
         if evaluation is None or candidate is None or evaluation.status != Evaluation.OK:
             continue
         recorded = {name: getattr(evaluation, name) for name in _COMPARED}
-        jobs.append(_Job(number, candidate.urdf, candidate.tip, spec_json, recorded))
+        extra = dict(zip(study.settings.objectives, values_of(evaluation, study.settings.objectives), strict=True))
+        jobs.append(_Job(number, candidate.urdf, candidate.tip, spec_json, recorded, extra))
     return jobs
 
 
@@ -257,7 +261,8 @@ def _evaluate_again(job: _Job) -> tuple[int, list[tuple[str, str]]]:
     from mobo_core.evaluation.spec import EvaluationSpec
 
     try:
-        result = evaluate(job.urdf, EvaluationSpec.of(json.loads(job.spec_json)), tip=job.tip)
+        spec = EvaluationSpec.of(json.loads(job.spec_json))
+        result = evaluate(job.urdf, spec, tip=job.tip, objectives=list(job.extra))
     except InputError as error:
         return job.trial, [("urdf", str(error))]
     fields = result_fields(result)
@@ -272,4 +277,7 @@ def _evaluate_again(job: _Job) -> tuple[int, list[tuple[str, str]]]:
                 continue
             where = f" of voxel {at}" if old.ndim else ""
             found.append((name, f"{old.flat[at]!r}{where} recorded, evaluated again {new.flat[at]!r}"))
+    for name, value in result.extra.items():
+        if abs(value - job.extra[name]) > OBJECTIVES[name].tolerance * abs(value):
+            found.append((name, f"{job.extra[name]!r} recorded, evaluated again {value!r}"))
     return job.trial, found
