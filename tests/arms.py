@@ -10,7 +10,7 @@ import pinocchio as pin
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation import EvaluationSpec
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.kernel.posture import forward, gravity_torque
+from mobo_core.evaluation.kernel.configuration import forward, gravity_torque
 
 LENGTHS = {
     "PRRYPY": (0.06, 0.27, 0.16, 0.11, 0.0, 0.0),
@@ -55,7 +55,7 @@ def _cylinder(xyz: str, rpy: str, length: float, radius: float = 0.05) -> str:
     return f'<origin xyz="{xyz}" rpy="{rpy}"/><geometry><cylinder radius="{radius}" length="{length}"/></geometry>'
 
 
-# The kinematics of a Panda with its hand: seven turning joints, of which the fourth cannot be at zero,
+# The kinematics of a Panda with its hand: seven revolute joints, of which the fourth cannot be at zero,
 # then two fingers that slide. Masses are rounded, link shapes coarse.
 HANDED_ARM = "\n".join(
     [
@@ -116,7 +116,7 @@ def random_arm(seed: int, n: int = 6) -> str:
 
 
 class KernelView:
-    """What the kernel computes at a posture, with the work arrays that it wants."""
+    """What the kernel computes at a configuration, with the work arrays that it wants."""
 
     def __init__(self, chain: Chain, q: Array) -> None:
         n = chain.n
@@ -144,7 +144,7 @@ class WholeRobot:
         self.model = pin.buildModelFromXML(urdf)
         self.data = self.model.createData()
 
-    def posture(self, joints: tuple[str, ...], q: Array) -> Array:
+    def configuration(self, joints: tuple[str, ...], q: Array) -> Array:
         """Return the configuration with ``joints`` at ``q``, and all others nearest zero within their limits."""
         full = pin.neutral(self.model)
         for i in range(1, self.model.njoints):
@@ -165,10 +165,10 @@ class WholeRobot:
 
     def tip(self, joints: tuple[str, ...], q: Array, tip: str) -> Any:
         """Return the pose of the link ``tip``."""
-        pin.framesForwardKinematics(self.model, self.data, self.posture(joints, q))
+        pin.framesForwardKinematics(self.model, self.data, self.configuration(joints, q))
         return self.data.oMf[self.model.getFrameId(tip, pin.BODY)]
 
     def torque(self, joints: tuple[str, ...], q: Array) -> Array:
         """Return the torques of ``joints`` against gravity (0, 0, -9.81)."""
-        whole = pin.computeGeneralizedGravity(self.model, self.data, self.posture(joints, q))
+        whole = pin.computeGeneralizedGravity(self.model, self.data, self.configuration(joints, q))
         return whole[self.columns(joints)]

@@ -32,16 +32,16 @@ def urdf(name: str) -> str:
 @pytest.mark.parametrize("name", ARMS)
 def test_reaches_what_an_exhaustive_search_reaches(name: str) -> None:
     """At least 99.5 % of it; at most two misses where fewer than 400 poses are reachable."""
-    found, there = evaluate(urdf(name), FEW, postures=True), evaluate(urdf(name), EXHAUSTIVE, postures=True)
-    reached = set(zip(found.postures.voxel.tolist(), found.postures.pose.tolist(), strict=True))
-    reachable = set(zip(there.postures.voxel.tolist(), there.postures.pose.tolist(), strict=True))
+    found, there = evaluate(urdf(name), FEW, configurations=True), evaluate(urdf(name), EXHAUSTIVE, configurations=True)
+    reached = set(zip(found.configurations.voxel.tolist(), found.configurations.pose.tolist(), strict=True))
+    reachable = set(zip(there.configurations.voxel.tolist(), there.configurations.pose.tolist(), strict=True))
     missed = len(reachable - reached)
     assert missed <= (2 if len(reachable) < 400 else 0.005 * len(reachable))
 
 
 @pytest.mark.parametrize("name", ARMS)
 def test_reaches_poses_made_by_forward_kinematics(name: str) -> None:
-    """At least 99.5 % of 1,000 poses of uniform collision-free postures inside the limits."""
+    """At least 99.5 % of 1,000 poses of uniform collision-free configurations inside the limits."""
     chain = chain_from_urdf(urdf(name))
     model = ReferenceModel(chain)
     rng = np.random.default_rng(7)
@@ -58,14 +58,14 @@ def test_reaches_poses_made_by_forward_kinematics(name: str) -> None:
 
 @pytest.mark.parametrize("name", ARMS)
 def test_claims_no_pose_it_does_not_reach(name: str) -> None:
-    """Every accepted posture: 1 mm and 1 degree by Pinocchio, limits, Coal, Pinocchio's torque to 1e-9 N m."""
+    """Every accepted configuration: 1 mm and 1 degree by Pinocchio, limits, Coal, Pinocchio's torque to 1e-9 N m."""
     from mobo_core.jit.numerics import target_rotation
 
     chain = chain_from_urdf(urdf(name))
     model, centres, target = ReferenceModel(chain), SPEC.voxel_centres(), np.empty((3, 3))
-    postures = evaluate(urdf(name), FEW, postures=True).postures
-    assert len(postures.voxel) > 50
-    for voxel, pose, q, torque in zip(postures.voxel, postures.pose, postures.q, postures.torque, strict=True):
+    configurations = evaluate(urdf(name), FEW, configurations=True).configurations
+    assert len(configurations.voxel) > 50
+    for voxel, pose, q, torque in zip(*vars(configurations).values(), strict=True):
         target_rotation(SPEC.seed, voxel, pose, target)
         tip = model.tip(q)
         assert np.linalg.norm(tip.translation - centres[voxel]) <= 1e-3 + 1e-12
@@ -80,7 +80,7 @@ def test_torque_is_that_of_blind_restarts(name: str) -> None:
     """Mean torque over the poses both reach: within 2 %."""
     spec = SPEC.model_copy(update={"poses_per_voxel": 20})
     blind = with_ik(spec, "paper").model_copy(update={"restarts": 20})
-    found, other = (evaluate(urdf(name), asked, postures=True).postures for asked in (spec, blind))
+    found, other = (evaluate(urdf(name), asked, configurations=True).configurations for asked in (spec, blind))
     mine = dict(zip(zip(found.voxel, found.pose, strict=True), found.torque, strict=True))
     theirs = dict(zip(zip(other.voxel, other.pose, strict=True), other.torque, strict=True))
     both = mine.keys() & theirs.keys()
@@ -99,9 +99,9 @@ def test_least_torque_needs_no_more_than_the_first_solution() -> None:
 
 def test_same_bits_for_any_number_of_threads() -> None:
     """Voxels are independent of each other, in any split."""
-    one, three = (evaluate(urdf("PRRYPY"), FEW, threads=threads, postures=True) for threads in (1, 3))
+    one, three = (evaluate(urdf("PRRYPY"), FEW, threads=threads, configurations=True) for threads in (1, 3))
     for name in ("voxel", "pose", "q", "torque"):
-        assert getattr(one.postures, name).tobytes() == getattr(three.postures, name).tobytes()
+        assert getattr(one.configurations, name).tobytes() == getattr(three.configurations, name).tobytes()
 
 
 def test_same_poses_given_or_drawn() -> None:

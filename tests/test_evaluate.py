@@ -22,7 +22,7 @@ from mobo_core.evaluation import PRESETS, EvaluationSpec
 from mobo_core.evaluation import evaluate as evaluate_module
 from mobo_core.evaluation.audit import Audit
 from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
-from mobo_core.evaluation.evaluate import Postures, Result, evaluate
+from mobo_core.evaluation.evaluate import Configurations, Result, evaluate
 from mobo_core.evaluation.kernel import CACHE
 from mobo_core.evaluation.kernel.load import is_compiled
 from mobo_core.evaluation.reference import ReferenceModel
@@ -35,9 +35,9 @@ PRRYPY = arm("PRRYPY")
 def bits(result: Result) -> dict[str, Any]:
     """Return all that must not depend on how a result was computed."""
     values = {f.name: getattr(result, f.name) for f in dataclasses.fields(result) if f.name != "seconds"}
-    postures = values.pop("postures")
-    if postures is not None:
-        values |= {f"posture {f.name}": getattr(postures, f.name) for f in dataclasses.fields(postures)}
+    configurations = values.pop("configurations")
+    if configurations is not None:
+        values |= {f"configuration {name}": array for name, array in vars(configurations).items()}
     return {
         name: (str(v.dtype), v.shape, v.tobytes()) if isinstance(v, np.ndarray) else v for name, v in values.items()
     }
@@ -53,7 +53,7 @@ def fingerprint() -> str:
         (arm("YPPRPP", (0.1,) * 6, link_radius=0.03, joint_limit=3.0), "", {"gravity": (1.0, 2.0, -9.0)}),
         (random_arm(1), "flange", {"self_collision": False}),
     ):
-        result = evaluate(urdf, small_spec(**values), tip=tip, postures=True)
+        result = evaluate(urdf, small_spec(**values), tip=tip, configurations=True)
         text.update(repr(sorted(bits(result).items())).encode())
     return text.hexdigest()
 
@@ -94,7 +94,7 @@ def test_full_stretch_is_in_range() -> None:
 @pytest.mark.parametrize("joints", sorted(LENGTHS))
 def test_counts_add_up(joints: str) -> None:
     """In every voxel the poses reached and those failed, by reason, make up all poses; totals are sums."""
-    result = evaluate(arm(joints), PAPER, postures=True)
+    result = evaluate(arm(joints), PAPER, configurations=True)
     reached = result.voxel_reach * 30
     assert reached == pytest.approx(np.round(reached), abs=1e-12)
     failures = result.out_of_range + result.not_converged + result.in_collision
@@ -106,11 +106,11 @@ def test_counts_add_up(joints: str) -> None:
     assert 0 < result.iterations <= 50 * result.attempts
 
 
-def test_postures_are_those_the_scores_are_made_of() -> None:
-    """Postures come on request, in order of voxel and pose, and give reach, mean torque and spread of each voxel."""
-    assert evaluate(PRRYPY, PAPER).postures is None
-    result = evaluate(PRRYPY, PAPER, postures=True)
-    found = result.postures
+def test_configurations_are_those_the_scores_are_made_of() -> None:
+    """They come on request, in order of voxel and pose, and give reach, mean torque and spread of each voxel."""
+    assert evaluate(PRRYPY, PAPER).configurations is None
+    result = evaluate(PRRYPY, PAPER, configurations=True)
+    found = result.configurations
     assert found is not None
     assert found.q.shape == (len(found.voxel), 6)
     where = list(zip(found.voxel, found.pose, strict=True))
@@ -126,22 +126,22 @@ def test_postures_are_those_the_scores_are_made_of() -> None:
 @pytest.mark.parametrize(("urdf", "tip"), [(PRRYPY, ""), (HANDED_ARM, "tcp")])
 def test_same_bits_however_it_is_computed(urdf: str, tip: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The result is the same to the bit again, with 1, 2 or 3 threads, and in chunks of any size."""
-    expected = bits(evaluate(urdf, PAPER, tip=tip, postures=True))
+    expected = bits(evaluate(urdf, PAPER, tip=tip, configurations=True))
     for threads in (1, 2, 3, 200):
-        assert bits(evaluate(urdf, PAPER, tip=tip, postures=True, threads=threads)) == expected, threads
+        assert bits(evaluate(urdf, PAPER, tip=tip, configurations=True, threads=threads)) == expected, threads
     for chunk in (1, 100, 30 * 74, 30 * 75, 10**9):
         monkeypatch.setattr(evaluate_module, "_CHUNK_POSES", chunk)
-        assert bits(evaluate(urdf, PAPER, tip=tip, postures=True)) == expected, chunk
-        assert bits(evaluate(urdf, PAPER, tip=tip, postures=True, threads=2)) == expected, chunk
+        assert bits(evaluate(urdf, PAPER, tip=tip, configurations=True)) == expected, chunk
+        assert bits(evaluate(urdf, PAPER, tip=tip, configurations=True, threads=2)) == expected, chunk
 
 
 def test_chunks_of_the_reference() -> None:
     """The reference engine gives the same bits in chunks of any size."""
     spec = small_spec(poses_per_voxel=2, restarts=1)
-    expected = bits(evaluate(PRRYPY, spec, engine="reference", postures=True))
+    expected = bits(evaluate(PRRYPY, spec, engine="reference", configurations=True))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evaluate_module, "_CHUNK_POSES", 5)
-        assert bits(evaluate(PRRYPY, spec, engine="reference", postures=True)) == expected
+        assert bits(evaluate(PRRYPY, spec, engine="reference", configurations=True)) == expected
 
 
 def test_progress() -> None:
@@ -156,12 +156,12 @@ def test_progress() -> None:
 @pytest.mark.parametrize("joints", ["PRRYPY", "YPYPYPR"])
 def test_least_torque(joints: str) -> None:
     """The solution of least torque reaches the same poses as the first one, none at more torque, some at less."""
-    first = evaluate(arm(joints), PAPER, postures=True)
-    least = evaluate(arm(joints), EvaluationSpec(solution="least_torque"), postures=True)
-    assert first.postures is not None
-    assert least.postures is not None
+    first = evaluate(arm(joints), PAPER, configurations=True)
+    least = evaluate(arm(joints), EvaluationSpec(solution="least_torque"), configurations=True)
+    assert first.configurations is not None
+    assert least.configurations is not None
     assert np.array_equal(least.voxel_reach, first.voxel_reach)
-    assert np.all(least.postures.torque <= first.postures.torque)
+    assert np.all(least.configurations.torque <= first.configurations.torque)
     assert np.all(least.voxel_torque <= first.voxel_torque)
     assert least.torque < 0.97 * first.torque
     assert least.attempts > first.attempts
@@ -218,7 +218,7 @@ def test_seed_changes_the_poses() -> None:
 def test_result_in_other_forms() -> None:
     """A result is one line, plain values that JSON takes, and a table of voxels with their centres."""
     spec = small_spec()
-    result = evaluate(PRRYPY, spec, postures=True, objectives=("mass",))
+    result = evaluate(PRRYPY, spec, configurations=True, objectives=("mass",))
     assert repr(result) == (
         f"<Result: reach {result.reach:.2f} of 12 voxels, torque {result.torque:.1f} N m, mass 3.424; "
         "6 joints to 'tool'>"
@@ -230,7 +230,7 @@ def test_result_in_other_forms() -> None:
     table = result.to_pandas()
     assert np.array_equal(table[["x", "y", "z"]], spec.voxel_centres())
     assert table["reach"].sum() == pytest.approx(result.reach)
-    found = result.postures
+    found = result.configurations
     assert found is not None and f"{len(found.voxel)} of 6 joints" in repr(found)
     assert np.array_equal(found.to_pandas()[[f"q{i}" for i in range(1, 7)]], found.q)
     assert json.loads(json.dumps(found.to_dict()))["pose"] == found.pose.tolist()
@@ -256,7 +256,7 @@ def test_result_names_the_chain() -> None:
         evaluate(HANDED_ARM, small_spec(), tip="hook")
 
 
-def audit(chain: Chain, spec: EvaluationSpec, found: Postures, count: int, number: int) -> tuple[int, float, str]:
+def audit(chain: Chain, spec: EvaluationSpec, found: Configurations, count: int, number: int) -> tuple[int, float, str]:
     check = Audit(chain, spec, count, number)
     check.add(found)
     return check.result(spec.voxel_centres())
@@ -268,14 +268,14 @@ class TestAudit:
     spec = small_spec()
     chain = chain_from_urdf(PRRYPY)
 
-    def postures(self, **changes: Any) -> Postures:
-        found = evaluate(PRRYPY, self.spec, postures=True).postures
+    def configurations(self, **changes: Any) -> Configurations:
+        found = evaluate(PRRYPY, self.spec, configurations=True).configurations
         assert found is not None
         return dataclasses.replace(found, **changes)
 
     def test_finds_nothing_wrong_with_the_kernel(self) -> None:
-        """Every posture of the kernel passes, its torque within 1e-9 N m."""
-        found = self.postures()
+        """Every configuration of the kernel passes, its torque within 1e-9 N m."""
+        found = self.configurations()
         checked, worst, fault = audit(self.chain, self.spec, found, 10**6, 0)
         assert (checked, fault) == (len(found.voxel), "")
         assert checked > 50
@@ -283,13 +283,13 @@ class TestAudit:
 
     def test_number_of_poses(self) -> None:
         """As many different poses are checked as asked for, or all there are; none if none was accepted."""
-        found = self.postures()
+        found = self.configurations()
         for number in range(40):
             assert audit(self.chain, self.spec, found, 8, number)[0] == 8
         assert evaluate(PRRYPY, self.spec, audit_poses=8).audit_poses == 8
-        few = Postures(found.voxel[:3], found.pose[:3], found.q[:3], found.torque[:3])
+        few = Configurations(found.voxel[:3], found.pose[:3], found.q[:3], found.torque[:3])
         assert audit(self.chain, self.spec, few, 8, 0)[0] == 3
-        none = Postures(found.voxel[:0], found.pose[:0], found.q[:0], found.torque[:0])
+        none = Configurations(found.voxel[:0], found.pose[:0], found.q[:0], found.torque[:0])
         assert audit(self.chain, self.spec, none, 8, 0) == (0, 0.0, "")
 
     def test_number_of_poses_in_many_parts(self, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -302,16 +302,16 @@ class TestAudit:
             assert evaluate(PRRYPY, self.spec, audit_poses=8).audit_poses == 8
             assert evaluate(PRRYPY, few, audit_poses=8).audit_poses == reached
 
-    def test_no_posture_is_favoured(self) -> None:
-        """Over many numbers each posture is chosen about as often, whichever part it comes in."""
-        found = self.postures()
+    def test_no_configuration_is_favoured(self) -> None:
+        """Over many numbers each configuration is chosen about as often, whichever part it comes in."""
+        found = self.configurations()
         m = 30
         counts = np.zeros(m)
         for number in range(1000):
             check = Audit(self.chain, self.spec, 8, number)
             for low, high in ((0, 4), (4, 20), (20, m)):
                 part = slice(low, high)
-                check.add(Postures(found.voxel[part], found.pose[part], found.q[part], found.torque[part]))
+                check.add(Configurations(found.voxel[part], found.pose[part], found.q[part], found.torque[part]))
             chosen = {(one.voxel, one.pose) for one in check._chosen}
             assert len(chosen) == 8
             counts += [(v, p) in chosen for v, p in zip(found.voxel[:m], found.pose[:m], strict=True)]
@@ -320,8 +320,8 @@ class TestAudit:
         assert chi_squared < 62  # one in 3,000 for 29 degrees of freedom; the draw is fixed
 
     def test_one_part_is_chosen_from_as_ever(self) -> None:
-        """Where all postures come at once, the ones checked are the first 8 different draws among them."""
-        found = self.postures()
+        """Where all configurations come at once, the ones checked are the first 8 different draws among them."""
+        found = self.configurations()
         for number in range(20):
             check = Audit(self.chain, self.spec, 8, number)
             check.add(found)
@@ -330,8 +330,8 @@ class TestAudit:
             assert [(one.voxel, one.pose) for one in check._chosen] == [(found.voxel[i], found.pose[i]) for i in first]
 
     def test_other_trials_check_other_poses(self) -> None:
-        """The poses depend on the number given: over many numbers each posture is checked at some time."""
-        found = self.postures()
+        """The poses depend on the number given: over many numbers each configuration is checked at some time."""
+        found = self.configurations()
         for i in (0, len(found.voxel) // 2, len(found.voxel) - 1):
             torque = found.torque.copy()
             torque[i] += 1e-6
@@ -342,20 +342,20 @@ class TestAudit:
             again = [audit(self.chain, self.spec, wrong, 8, number)[2] for number in range(20)]
             assert again == faults[:20]
 
-    def fault(self, found: Postures, spec: EvaluationSpec | None = None) -> tuple[float, str]:
+    def fault(self, found: Configurations, spec: EvaluationSpec | None = None) -> tuple[float, str]:
         _, worst, fault = audit(self.chain, spec or self.spec, found, 10**6, 0)
         return worst, fault
 
-    def changed(self, i: int, q: Array) -> Postures:
-        """Return the postures with one replaced, its torque right."""
-        found = self.postures()
+    def changed(self, i: int, q: Array) -> Configurations:
+        """Return the configurations with one replaced, its torque right."""
+        found = self.configurations()
         found.q[i] = q
         found.torque[i] = np.linalg.norm(ReferenceModel(self.chain).torque(q))
         return found
 
     def test_finds_a_wrong_torque(self) -> None:
         """A torque off by 1e-8 N m is found, with voxel, pose and amount."""
-        found = self.postures()
+        found = self.configurations()
         found.torque[5] += 1e-8
         worst, fault = self.fault(found)
         assert fault.startswith(f"audit: voxel {found.voxel[5]}, pose {found.pose[5]}: torque off by 1e-08")
@@ -365,7 +365,7 @@ class TestAudit:
 
     def test_finds_a_tip_out_of_place(self) -> None:
         """A joint turned by 0.01 rad takes the tip out of its tolerance."""
-        q = self.postures().q[7].copy()
+        q = self.configurations().q[7].copy()
         q[0] += 0.01
         worst, fault = self.fault(self.changed(7, q))
         assert "m outside its tolerance" in fault
@@ -373,24 +373,24 @@ class TestAudit:
 
     def test_finds_a_tip_turned(self) -> None:
         """The last joint turned by 0.05 rad, which leaves the tip in its place, turns it out of its tolerance."""
-        q = self.postures().q[7].copy()
+        q = self.configurations().q[7].copy()
         q[5] += 0.05
         worst, fault = self.fault(self.changed(7, q))
         assert "tip turned" in fault
         assert 0.01 < worst < 0.07
 
     def test_finds_a_joint_beyond_its_limit(self) -> None:
-        """The same posture a whole turn on is beyond its limit, if by nothing else wrong."""
-        q = self.postures().q[7].copy()
+        """The same configuration a whole turn on is beyond its limit, if by nothing else wrong."""
+        q = self.configurations().q[7].copy()
         q[3] += 2 * math.pi if q[3] < 0 else -2 * math.pi
         _, fault = self.fault(self.changed(7, q))
         assert "beyond its limit" in fault
 
     def test_finds_a_collision(self) -> None:
-        """A posture in self-collision is found, unless the spec allows it."""
+        """A configuration in self-collision is found, unless the spec allows it."""
         urdf = arm("YPPRPP", (0.1,) * 6, link_radius=0.03, joint_limit=3.0)
         chain, allowing = chain_from_urdf(urdf), small_spec(self_collision=False, voxel_size=0.15)
-        found = evaluate(urdf, allowing, postures=True).postures
+        found = evaluate(urdf, allowing, configurations=True).configurations
         assert found is not None
         assert audit(chain, allowing, found, 10**6, 0)[2] == ""
         _, worst, fault = audit(chain, small_spec(voxel_size=0.15), found, 10**6, 0)
@@ -468,8 +468,8 @@ def test_cache_folder_follows_what_is_compiled(monkeypatch: pytest.MonkeyPatch, 
 def test_numba_keeps_the_kernel_in_that_folder() -> None:
     """Every compiled function is kept in mobo's folder, which its sources name, not beside the sources."""
     code = (
-        "from mobo_core.evaluation.kernel import CACHE, geometry, posture, starts\n"
-        "functions = [f for m in (posture, geometry, starts) for f in vars(m).values() if hasattr(f, 'py_func')"
+        "from mobo_core.evaluation.kernel import CACHE, geometry, configuration, starts\n"
+        "functions = [f for m in (configuration, geometry, starts) for f in vars(m).values() if hasattr(f, 'py_func')"
         " and f.__module__.startswith('mobo_core.evaluation.kernel')]\n"
         "assert len(functions) > 8\n"
         "places = {f.stats.cache_path for f in functions}\n"

@@ -18,11 +18,11 @@ from hypothesis import strategies as st
 
 from mobo_core.evaluation import EvaluationSpec
 from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
-from mobo_core.evaluation.evaluate import Postures, Result, evaluate
+from mobo_core.evaluation.evaluate import Configurations, Result, evaluate
+from mobo_core.evaluation.kernel.configuration import DAMPING_FLOOR, DAMPING_GAIN, MAX_STEP
 from mobo_core.evaluation.kernel.geometry import any_pair_collides, place_capsules, segment_distance_squared
 from mobo_core.evaluation.kernel.lanes import LANES, lane_jacobian_source
 from mobo_core.evaluation.kernel.load import kernel
-from mobo_core.evaluation.kernel.posture import DAMPING_FLOOR, DAMPING_GAIN, MAX_STEP
 from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.reference import tool_error as reference_tool_error
 from mobo_core.jit.numerics import target_rotation
@@ -38,14 +38,16 @@ any_chain = st.sampled_from(sorted(CHAINS)).map(lambda name: CHAINS[name])
 unit = st.floats(0, 1)
 
 
-def posture(chain: Chain, shares: list[float]) -> Array:
+def configuration(chain: Chain, shares: list[float]) -> Array:
     return chain.lower + np.array(shares[: chain.n]) * (chain.upper - chain.lower)
 
 
-postures = st.tuples(any_chain, st.lists(unit, min_size=7, max_size=7)).map(lambda case: (case[0], posture(*case)))
+configurations = st.tuples(any_chain, st.lists(unit, min_size=7, max_size=7)).map(
+    lambda case: (case[0], configuration(*case))
+)
 
 
-@given(postures)
+@given(configurations)
 def test_kinematics_are_pinocchios(case: tuple[Chain, Array]) -> None:
     """The tip agrees with Pinocchio to 1e-12, gravity torque to 1e-9."""
     chain, q = case
@@ -70,9 +72,9 @@ def test_arm_at_zero(joints: str, data: st.DataObject) -> None:
 
 @given(st.lists(unit, min_size=6, max_size=6))
 def test_vertical_axis_carries_no_torque(shares: list[float]) -> None:
-    """A first joint that yaws needs no torque to hold the arm, whatever the posture."""
+    """A first joint that yaws needs no torque to hold the arm, whatever the configuration."""
     chain = CHAINS["YPPYPY"]
-    assert abs(KernelView(chain, posture(chain, shares)).torque()[0]) < 1e-15
+    assert abs(KernelView(chain, configuration(chain, shares)).torque()[0]) < 1e-15
 
 
 @given(st.floats(0.01, 50), st.lists(unit, min_size=6, max_size=6))
@@ -80,7 +82,7 @@ def test_torque_scales_with_the_masses(k: float, shares: list[float]) -> None:
     """All masses k times as great need k times the torque."""
     chain = CHAINS["PRRYPY"]
     heavier = chain_from_urdf(arm("PRRYPY", motor_mass=0.5 * k, link_density=1000.0 * k))
-    q = posture(chain, shares)
+    q = configuration(chain, shares)
     assert KernelView(heavier, q).torque() == pytest.approx(k * KernelView(chain, q).torque(), rel=1e-9, abs=1e-12)
 
 
@@ -96,11 +98,11 @@ def test_motors_may_belong_to_parent_or_child(joints: str, moved: list[bool], da
             moment[i - 1] += 0.5 * chain.placement_p[i]
     com = np.divide(moment, mass[:, None], out=np.zeros_like(moment), where=mass[:, None] > 1e-12)
     other = dataclasses.replace(chain, mass=mass, com=com)
-    q = posture(chain, data.draw(st.lists(unit, min_size=7, max_size=7)))
+    q = configuration(chain, data.draw(st.lists(unit, min_size=7, max_size=7)))
     assert np.abs(KernelView(other, q).torque() - KernelView(chain, q).torque()).max() < 1e-12
 
 
-@given(postures, st.tuples(*[st.floats(-10, 10)] * 3))
+@given(configurations, st.tuples(*[st.floats(-10, 10)] * 3))
 def test_torque_under_any_gravity(case: tuple[Chain, Array], gravity: tuple[float, float, float]) -> None:
     """With gravity from any side the torque is Pinocchio's, and the slope of the potential energy."""
     chain, q = case
@@ -121,7 +123,7 @@ def test_torque_under_any_gravity(case: tuple[Chain, Array], gravity: tuple[floa
 
 
 class Lanes:
-    """A row of postures, each with a target, for the generated step of the kernel; all but ``q`` in base axes."""
+    """A row of configurations, each with a target, for the generated step of the kernel; all but ``q`` in base axes."""
 
     def __init__(self, chain: Chain) -> None:
         n = self.n = chain.n
@@ -136,7 +138,7 @@ class Lanes:
     def step(
         self, position_tolerance: float = 0.0, rotation_tolerance: float = 0.0, weight: float = 1.0
     ) -> tuple[Array, Array, Array]:
-        """Return the postures after one step, and the squared norms of the errors before it."""
+        """Return the configurations after one step, and the squared norms of the errors before it."""
         rows = [self.q, self.target_r.reshape(LANES, 9), self.target_p, np.full((LANES, 2), np.nan)]
         state = np.ascontiguousarray(np.hstack(rows).T).ravel()
         chain = self._chain
@@ -148,7 +150,7 @@ class Lanes:
 
 
 def lanes_of(chain: Chain, seed: int, at_limits: float = 0.2) -> Lanes:
-    """Return lanes at random postures, some joints at their limits, with targets anywhere near the arm."""
+    """Return lanes at random configurations, some joints at their limits, with targets anywhere near the arm."""
     rng = np.random.default_rng(seed)
     lanes = Lanes(chain)
     lanes.q = rng.uniform(chain.lower, chain.upper, (LANES, chain.n))
@@ -352,7 +354,7 @@ def test_distance_is_the_least_over_both_segments(seed: int, size: float) -> Non
 
 @pytest.mark.parametrize("name", sorted(CHAINS))
 def test_collision_of_whole_arms_is_coals(name: str) -> None:
-    """Over random postures the kernel calls those in collision that Coal does."""
+    """Over random configurations the kernel calls those in collision that Coal does."""
     chain = CHAINS[name]
     reference, rng = ReferenceModel(chain), np.random.default_rng(3)
     ends = np.empty((len(chain.capsule_radius), 2, 3))
@@ -373,7 +375,7 @@ def test_collision_of_whole_arms_is_coals(name: str) -> None:
 
 
 def test_capsules_lie_along_their_links() -> None:
-    """A link's capsule runs from its joint's origin to the next one, in any posture."""
+    """A link's capsule runs from its joint's origin to the next one, in any configuration."""
     chain, q = CHAINS["PRRYPY"], np.array([0.3, -1.0, 0.5, 2.0, 0.1, -0.7])
     view = KernelView(chain, q)
     ends = np.empty((len(chain.capsule_radius), 2, 3))
@@ -383,7 +385,7 @@ def test_capsules_lie_along_their_links() -> None:
 
 
 def residual(chain: Chain, spec: EvaluationSpec, found: dict[tuple[int, int], Array], at: tuple[int, int]) -> str:
-    """Say how well a posture reaches its target by Pinocchio."""
+    """Say how well a configuration reaches its target by Pinocchio."""
     if at not in found:
         return "fails"
     rotation = np.empty((3, 3))
@@ -416,8 +418,8 @@ def test_kernel_and_reference_agree() -> None:
         urdf, tip = ARMS[name]
         spec = EvaluationSpec.of({**AROUND, "poses_per_voxel": 14, **values})
         chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
-        found = evaluate(urdf, spec, tip=tip, postures=True)
-        reference = evaluate(urdf, spec, tip=tip, postures=True, engine="reference")
+        found = evaluate(urdf, spec, tip=tip, configurations=True)
+        reference = evaluate(urdf, spec, tip=tip, configurations=True, engine="reference")
         kernel_q, kernel_torque = by_pose(found)
         reference_q, reference_torque = by_pose(reference)
         n_poses += spec.n_voxels * spec.poses_per_voxel
@@ -430,7 +432,7 @@ def test_kernel_and_reference_agree() -> None:
         assert np.array_equal(found.out_of_range, reference.out_of_range)
         assert np.abs(found.in_collision - reference.in_collision).sum() <= len(differing) + 1
         in_collision += found.in_collision.sum()
-        assert_accepted_postures_are_good(chain, spec, found)
+        assert_accepted_configurations_are_good(chain, spec, found)
     assert n_poses > 2500
     assert both > 800
     assert in_collision > 20
@@ -439,17 +441,17 @@ def test_kernel_and_reference_agree() -> None:
 
 
 def by_pose(result: Result) -> tuple[dict[tuple[int, int], Array], dict[tuple[int, int], float]]:
-    """Return the accepted postures, and their torques, by (voxel, pose)."""
-    found = result.postures
+    """Return the accepted configurations, and their torques, by (voxel, pose)."""
+    found = result.configurations
     assert found is not None
     where = list(zip(found.voxel.tolist(), found.pose.tolist(), strict=True))
     return dict(zip(where, found.q, strict=True)), dict(zip(where, found.torque.tolist(), strict=True))
 
 
-def assert_accepted_postures_are_good(chain: Chain, spec: EvaluationSpec, result: Result) -> None:
-    """Check every accepted posture by Pinocchio and Coal alone."""
-    found, reference = result.postures, ReferenceModel(chain)
-    assert isinstance(found, Postures)
+def assert_accepted_configurations_are_good(chain: Chain, spec: EvaluationSpec, result: Result) -> None:
+    """Check every accepted configuration by Pinocchio and Coal alone."""
+    found, reference = result.configurations, ReferenceModel(chain)
+    assert isinstance(found, Configurations)
     centres, rotation = spec.voxel_centres(), np.empty((3, 3))
     for voxel, pose, q, torque in zip(found.voxel, found.pose, found.q, found.torque, strict=True):
         target_rotation(spec.seed, int(voxel), int(pose), rotation)
@@ -463,20 +465,20 @@ def assert_accepted_postures_are_good(chain: Chain, spec: EvaluationSpec, result
 
 
 @pytest.mark.parametrize("joints", ["PRRYPY", "YPYPYPR"])
-def test_every_accepted_posture_of_the_papers_question_is_good(joints: str) -> None:
+def test_every_accepted_configuration_of_the_papers_question_is_good(joints: str) -> None:
     """Each is at its target within 1 mm and 1 degree, inside the limits, free of collision, its torque right."""
     spec = EvaluationSpec(poses_per_voxel=15)
-    result = evaluate(arm(joints), spec, postures=True)
+    result = evaluate(arm(joints), spec, configurations=True)
     assert result.reach > 35
-    assert_accepted_postures_are_good(CHAINS[joints], spec, result)
+    assert_accepted_configurations_are_good(CHAINS[joints], spec, result)
 
 
 @pytest.mark.parametrize("values", [{"position_tolerance": 1e-7, "rotation_tolerance": 1e-7}, {"iterations": 5}])
 def test_tolerances_and_iterations_count(values: dict[str, Any]) -> None:
     """Tighter tolerances are kept; fewer steps find fewer solutions."""
     spec, usual = small_spec(**values), small_spec()
-    result = evaluate(arm("PRRYPY"), spec, postures=True)
-    assert_accepted_postures_are_good(CHAINS["PRRYPY"], spec, result)
+    result = evaluate(arm("PRRYPY"), spec, configurations=True)
+    assert_accepted_configurations_are_good(CHAINS["PRRYPY"], spec, result)
     assert 0 < result.reach <= evaluate(arm("PRRYPY"), usual).reach
     assert result.iterations <= result.attempts * spec.iterations
 
@@ -493,7 +495,7 @@ def test_arms_of_one_joint(joints: str) -> None:
 
 @pytest.mark.parametrize("n", [6, 7])
 def test_jacobian(n: int) -> None:
-    """The Jacobian within the kernel's step is Pinocchio's to 1e-12, at any posture."""
+    """The Jacobian within the kernel's step is Pinocchio's to 1e-12, at any configuration."""
     names: dict[str, object] = {}
     exec("import math\nimport numpy as np\n" + lane_jacobian_source(n), names)
     chain = next(chain for chain in CHAINS.values() if chain.n == n)

@@ -49,8 +49,8 @@ def test_a_payload_moves_the_bounds() -> None:
 def test_values_are_those_of_pinocchio(joints: str) -> None:
     """Of a real evaluation: what the libraries give for the accepted configurations, and their definitions."""
     spec = small_spec(payload_kg=0.7, gravity=(1.0, 2.0, -9.0), poses_per_voxel=30)
-    result = evaluate(arm(joints), spec, objectives=EXTRA, postures=True)
-    found = result.postures
+    result = evaluate(arm(joints), spec, objectives=EXTRA, configurations=True)
+    found = result.configurations
     assert found is not None and len(found.q) > 20
     model = ReferenceModel(chain_from_urdf(arm(joints), payload_kg=0.7, gravity=spec.gravity))
     torques = np.array([model.torque(q) for q in found.q])

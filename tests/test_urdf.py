@@ -213,7 +213,7 @@ def test_bad_urdfs(urdf: str | bytes, words: str) -> None:
     ],
 )
 def test_bad_tips(urdf: str, tip: str, words: str) -> None:
-    """A tip that is no link, or that no turning joints lead to, is refused by name."""
+    """A tip that is no link, or that no revolute joints lead to, is refused by name."""
     assert words in refusal(urdf, tip)
 
 
@@ -374,7 +374,7 @@ def test_any_link_may_be_the_tip() -> None:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_reach_radius(seed: int) -> None:
-    """No posture takes the tip farther from the first joint than the reach radius, which a pedestal leaves alone."""
+    """Nothing takes the tip farther from the first joint than the reach radius, which a pedestal leaves alone."""
     chain = chain_from_urdf(random_arm(seed), "flange")
     rng = np.random.default_rng(seed)
     tips = [KernelView(chain, rng.uniform(chain.lower, chain.upper)).tip[3] for _ in range(2000)]

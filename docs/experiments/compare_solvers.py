@@ -38,9 +38,9 @@ COMPARED = (DESIGNS[0], DESIGNS[2], DESIGNS[9])
 FREE = load_spec("mobo").model_copy(update={"self_collision": False})  # the others know nothing of collisions
 ATTEMPTS = 6  # of solvers that leave restarts to the caller: as many as the paper's
 TIMEOUT = 0.005  # s, TRAC-IK's default
-_SLACK = 1e-9  # rad, m: a posture reported on the edge of a limit or tolerance
+_SLACK = 1e-9  # rad, m: a configuration reported on the edge of a limit or tolerance
 
-# Per pose: the postures found, none, one or all.
+# Per pose: the configurations found, none, one or all.
 Found = list[Sequence[Array]]
 Solver = Callable[[Array], Found]
 
@@ -71,7 +71,7 @@ class Arm:
         return bool(within and position <= 1e-3 + _SLACK and angle <= np.radians(1) + _SLACK)
 
     def reached(self, found: Found, poses: Array) -> Array:
-        """Return for each pose whether one of the postures found reaches it."""
+        """Return for each pose whether one of the configurations found reaches it."""
         return np.array([any(self.reaches(q, pose) for q in qs) for qs, pose in zip(found, poses, strict=True)])
 
     def axes_and_offsets(self) -> tuple[Array, Array]:
@@ -216,7 +216,7 @@ SOLVERS: tuple[tuple[str, Callable[[Arm], Solver | None]], ...] = (
 
 def _timed(solve: Solver, poses: Array) -> tuple[float, float, Found]:
     """Return microseconds a pose (median of up to 5 runs within some 3 s, after one to warm up), seconds of that
-    first run, and its postures.
+    first run, and its configurations.
     """
     began = time.perf_counter()
     found = solve(poses)
@@ -239,12 +239,12 @@ def _of_spec(arm: Arm, per_voxel: int) -> Iterator[tuple[str, float, Array]]:
         ("mobo reference engine, `paper` (Pinocchio in Python)", few, "reference", 1),
     )  # fmt: skip
     for name, spec, engine, runs in questions:
-        results = [evaluate(arm.urdf, spec, engine=engine, postures=True) for _ in range(runs)]
+        results = [evaluate(arm.urdf, spec, engine=engine, configurations=True) for _ in range(runs)]
         us = statistics.median(1e6 * r.seconds / (spec.n_voxels * spec.poses_per_voxel) for r in results)
         found: Found = [[] for _ in range(spec.n_voxels * per_voxel)]
-        postures = results[0].postures
-        assert postures is not None
-        for voxel, pose, q in zip(postures.voxel, postures.pose, postures.q, strict=True):
+        configurations = results[0].configurations
+        assert configurations is not None
+        for voxel, pose, q in zip(configurations.voxel, configurations.pose, configurations.q, strict=True):
             if pose < per_voxel:
                 found[voxel * per_voxel + pose] = [q]
         yield name, us, arm.reached(found, targets(per_voxel))
@@ -313,16 +313,16 @@ def _torque_ratio(arm: Arm) -> float:
     blind = with_ik(mobo, "paper").model_copy(update={"restarts": 20})
     torques = []
     for spec in (mobo, blind):
-        postures = evaluate(arm.urdf, spec, postures=True).postures
-        assert postures is not None
-        targets_reached = zip(postures.voxel.tolist(), postures.pose.tolist(), strict=True)
-        torques.append(dict(zip(targets_reached, postures.torque, strict=True)))
+        configurations = evaluate(arm.urdf, spec, configurations=True).configurations
+        assert configurations is not None
+        targets_reached = zip(configurations.voxel.tolist(), configurations.pose.tolist(), strict=True)
+        torques.append(dict(zip(targets_reached, configurations.torque, strict=True)))
     both = torques[0].keys() & torques[1].keys()
     return float(np.mean([torques[0][at] for at in both]) / np.mean([torques[1][at] for at in both]))
 
 
 def _fk_made(arm: Arm, count: int) -> Array:
-    """Return tip poses of ``count`` postures uniform within the limits and free of self-collision."""
+    """Return tip poses of ``count`` configurations uniform within the limits and free of self-collision."""
     rng = np.random.default_rng(0)
     poses: list[Array] = []
     while len(poses) < count:

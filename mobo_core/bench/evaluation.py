@@ -8,7 +8,7 @@ from typing import TypedDict
 
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.evaluate import evaluate
-from mobo_core.evaluation.result import Postures, Result
+from mobo_core.evaluation.result import Configurations, Result
 from mobo_core.evaluation.spec import EvaluationSpec, with_ik
 
 # Arms of the paper's and of known structures, with spread and with concentrated lengths.
@@ -80,7 +80,7 @@ def bench_evaluate(
     urdfs = [_urdf(design) for design in designs]  # all are sound before any is measured
     for i, (design, urdf) in enumerate(zip(designs, urdfs, strict=True)):
         evaluate(urdf, spec)  # warm-up
-        runs = [evaluate(urdf, spec, postures=True) for _ in range(_RUNS)]
+        runs = [evaluate(urdf, spec, configurations=True) for _ in range(_RUNS)]
         seconds = statistics.median(run.seconds for run in runs)
         reference = evaluate(urdf, few, engine="reference")
         if reference.iterations:
@@ -88,7 +88,7 @@ def bench_evaluate(
         recall: float | None = None
         exhaustive_reach: float | None = None
         if exhaustive_attempts:
-            exhaustive = evaluate(urdf, long, postures=True)
+            exhaustive = evaluate(urdf, long, configurations=True)
             recall, exhaustive_reach = _recall(runs[0], exhaustive), exhaustive.reach
         rows.append(
             {
@@ -118,11 +118,11 @@ def _urdf(design: Design) -> str:
 
 def _recall(own: Result, exhaustive: Result) -> float:
     """Return the share of the exhaustive search's poses that the own search reaches."""
-    there = _targets(exhaustive.postures)
-    return len(there & _targets(own.postures)) / len(there) if there else 1.0
+    there = _targets(exhaustive.configurations)
+    return len(there & _targets(own.configurations)) / len(there) if there else 1.0
 
 
-def _targets(postures: Postures | None) -> set[tuple[int, int]]:
-    if postures is None:
+def _targets(configurations: Configurations | None) -> set[tuple[int, int]]:
+    if configurations is None:
         return set()
-    return set(zip(postures.voxel.tolist(), postures.pose.tolist(), strict=True))
+    return set(zip(configurations.voxel.tolist(), configurations.pose.tolist(), strict=True))

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.result import Postures
+from mobo_core.evaluation.result import Configurations
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.jit.numerics import STREAM_AUDIT, pick, target_rotation
 
@@ -24,7 +24,7 @@ class _Accepted(NamedTuple):
     torque: float
 
     @classmethod
-    def of(cls, found: Postures, i: int) -> _Accepted:
+    def of(cls, found: Configurations, i: int) -> _Accepted:
         # A copy, which does not keep the whole part's array.
         return cls(int(found.voxel[i]), int(found.pose[i]), found.q[i].copy(), float(found.torque[i]))
 
@@ -32,7 +32,7 @@ class _Accepted(NamedTuple):
 
 
 class Audit:
-    """A check of ``count`` of an arm's accepted postures, chosen by ``number``; they come in parts.
+    """A check of ``count`` of an arm's accepted configurations, chosen by ``number``; they come in parts.
 
     Each must bring the tip to its target within the spec's tolerances by Pinocchio's kinematics, lie
     within the joint limits, be free of collision by Coal, and need the torque that was reported by Pinocchio's.
@@ -44,11 +44,11 @@ class Audit:
         self._seen = 0
         self._chosen: list[_Accepted] = []  # in the order drawn
 
-    def add(self, found: Postures) -> None:
-        """Take the next postures, and choose anew among all so far.
+    def add(self, found: Configurations) -> None:
+        """Take the next configurations, and choose anew among all so far.
 
         Places are drawn among all; one before this part's stands for the next of those chosen earlier. So each
-        posture is as likely as any other, and those of a single part are drawn at once.
+        configuration is as likely as any other, and those of a single part are drawn at once.
         """
         total = self._seen + len(found.voxel)
         places: dict[int, None] = {}
@@ -63,7 +63,7 @@ class Audit:
         self._seen = total
 
     def result(self, centres: Array) -> tuple[int, float, str]:
-        """Check the postures chosen. ``centres`` (voxels, 3) are the spec's, in m.
+        """Check the configurations chosen. ``centres`` (voxels, 3) are the spec's, in m.
 
         Returns:
             The number of poses checked; the largest fault among them, which is rounding if all is well (torque

@@ -15,7 +15,7 @@ from mobo_core.evaluation.matrices import Matrix, times, transposed, turn
 from mobo_core.evaluation.urdf import CheckedUrdf
 from mobo_core.jit.cache import interpreted
 
-TOUCHING = 1e-9  # m; capsules this close in the zero posture may touch in any
+TOUCHING = 1e-9  # m; capsules this close in the zero configuration may touch in any
 
 
 def capsules_of(

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mobo_core.errors import InputError
 from mobo_core.evaluation.capsules import capsules_of, separate_pairs
+from mobo_core.evaluation.kernel.configuration import forward
 from mobo_core.evaluation.kernel.geometry import place_capsules
-from mobo_core.evaluation.kernel.posture import forward
 from mobo_core.evaluation.matrices import axis_frame, norm, times, transposed, turn
 from mobo_core.evaluation.urdf import CheckedUrdf, check_urdf
 from mobo_core.jit.cache import interpreted
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Chain:
-    """A serial arm of n turning joints. Joint frames are turned so that every joint axis is z.
+    """A serial arm of n revolute joints. Joint frames are turned so that every joint axis is z.
 
     Attributes:
         placement_r, placement_p: (n, 3, 3), (n, 3) m; joint frame at angle zero in the joint frame before
@@ -35,7 +35,7 @@ class Chain:
         capsule_a, capsule_b: (c, 3) m, ends of its segment in that joint frame.
         capsule_radius: (c,) m.
         pairs: (k, 2) capsules that may collide: carried by different joints, and apart by more than
-            TOUCHING in the posture nearest zero within the limits.
+            TOUCHING in the configuration nearest zero within the limits.
         joint_names: (n,) names.
         tip: name of the tip link.
         ignored_shapes: collision shapes that are neither cylinder nor sphere, left out.

@@ -1,4 +1,4 @@
-"""The two engines as one kind of function: evaluate a range of voxels, write outcomes and postures."""
+"""The two engines as one kind of function: evaluate a range of voxels, write outcomes and configurations."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.jit.numerics import sin_cos
 
-# Postures sampled for the starts of ik_mode complete.
+# Configurations sampled for the starts of ik_mode complete.
 TABLE_SAMPLES = 20_000
 # Poses of the smallest part that a thread takes.
 _LEAST_POSES = 96
@@ -46,7 +46,7 @@ def _question(spec: EvaluationSpec, centres: Array, rotations: Array) -> Questio
 
 @functools.lru_cache(4)
 def _unit_samples(seed: int, n: int) -> Array:
-    """Return the sampled postures that all arms of ``n`` joints share, as shares of their joint ranges."""
+    """Return the sampled configurations that all arms of ``n`` joints share, as shares of their joint ranges."""
     samples = np.empty((TABLE_SAMPLES, n))
     unit_samples(seed, samples)
     return samples

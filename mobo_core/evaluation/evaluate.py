@@ -16,10 +16,10 @@ from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
 from mobo_core.evaluation.engines import DRAWN, kernel_call, reference_call
 from mobo_core.evaluation.kernel.arguments import Outputs
 from mobo_core.evaluation.objectives import OBJECTIVES, Accumulator
-from mobo_core.evaluation.result import Engine, Postures, Result
+from mobo_core.evaluation.result import Configurations, Engine, Result
 from mobo_core.evaluation.spec import EvaluationSpec
 
-# Poses whose postures are held in memory at a time.
+# Poses whose configurations are held in memory at a time.
 _CHUNK_POSES = 1 << 16
 
 
@@ -33,7 +33,7 @@ def evaluate(
     objectives: Sequence[str] = (),
     audit_poses: int = 0,
     audit_number: int = 0,
-    postures: bool = False,
+    configurations: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Result:
     """Evaluate the arm that ``urdf`` describes.
@@ -49,7 +49,7 @@ def evaluate(
         objectives: names of the objectives wanted in ``Result.extra``; reach and torque are always there.
         audit_poses: number of accepted poses to check again.
         audit_number: chooses them; the trial's number, so that trials differ.
-        postures: whether to return the accepted postures.
+        configurations: whether to return the accepted configurations.
         progress: called with (voxels done, voxels in all).
 
     Raises:
@@ -67,7 +67,7 @@ def evaluate(
     n_voxels, poses = spec.n_voxels, spec.poses_per_voxel
     counts = np.zeros((n_voxels, 4), np.int64)
     mean, deviation = np.zeros(n_voxels), np.zeros(n_voxels)
-    kept: list[Postures] = []
+    kept: list[Configurations] = []
     audit = Audit(chain, spec, audit_poses, audit_number)
     gravity = np.array(spec.gravity)
     effort = np.zeros(2, np.int64)
@@ -81,9 +81,9 @@ def evaluate(
             outcome = out.outcome[voxel - first]
             counts[voxel] = [np.count_nonzero(outcome == reason) for reason in range(4)]
             mean[voxel], deviation[voxel] = _mean_and_deviation(out.torque[voxel - first][outcome == 0])
-        if postures or audit_poses or values:
+        if configurations or audit_poses or values:
             found = _accepted(out, first)
-            if postures:
+            if configurations:
                 kept.append(found)
             audit.add(found)
             batch = Batch(chain, gravity, found.voxel, found.pose, found.q, found.torque)
@@ -113,7 +113,7 @@ def evaluate(
         audit_fault=fault,
         ignored_shapes=chain.ignored_shapes,
         extra={name: _finite(name, value) for name, value in values.items()},
-        postures=_joined(kept, chain.n) if postures else None,
+        configurations=_joined(kept, chain.n) if configurations else None,
     )
 
 
@@ -129,15 +129,16 @@ def _finite(name: str, accumulator: Accumulator) -> float:
     return value
 
 
-def _accepted(out: Outputs, first_voxel: int) -> Postures:
+def _accepted(out: Outputs, first_voxel: int) -> Configurations:
     voxel, pose = np.nonzero(out.outcome == 0)
-    return Postures(voxel + first_voxel, pose, out.q[voxel, pose], out.torque[voxel, pose])
+    return Configurations(voxel + first_voxel, pose, out.q[voxel, pose], out.torque[voxel, pose])
 
 
-def _joined(parts: list[Postures], n: int) -> Postures:
+def _joined(parts: list[Configurations], n: int) -> Configurations:
     if not parts:
-        return Postures(np.empty(0, int), np.empty(0, int), np.empty((0, n)), np.empty(0))
-    return Postures(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("voxel", "pose", "q", "torque")))
+        return Configurations(np.empty(0, int), np.empty(0, int), np.empty((0, n)), np.empty(0))
+    names = ("voxel", "pose", "q", "torque")
+    return Configurations(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
 
 
 def _chunks(n_voxels: int, poses: int) -> Iterator[tuple[int, int]]:
@@ -174,8 +175,8 @@ def solve_poses(
         threads: threads of the kernel.
 
     Returns:
-        Outcome (m,), 0 where reached (see :mod:`mobo_core.evaluation.kernel.posture`); postures (m, n) in rad; and
-        norms of the gravity torque (m,) in N m; the last two of poses reached only.
+        Outcome (m,), 0 where reached (see :mod:`mobo_core.evaluation.kernel.configuration`); joint angles (m, n) in
+        rad; and norms of the gravity torque (m,) in N m; the last two of poses reached only.
 
     Raises:
         InputError: the URDF or the tip is not fit.

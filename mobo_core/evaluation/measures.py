@@ -10,12 +10,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from mobo_core.evaluation.kernel import posture
-from mobo_core.evaluation.kernel.posture import forward, gravity_torque
+from mobo_core.evaluation.kernel import configuration
+from mobo_core.evaluation.kernel.configuration import forward, gravity_torque
 from mobo_core.jit import numerics
 from mobo_core.jit.cache import Cache
 
-CACHE = Cache("measures", [__file__, posture.__file__, numerics.__file__], nogil=True)
+CACHE = Cache("measures", [__file__, configuration.__file__, numerics.__file__], nogil=True)
 compiled = CACHE.compiled
 
 Array = NDArray[np.float64]

@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.kernel import posture as kernel
+from mobo_core.evaluation.kernel import configuration as kernel
 from mobo_core.evaluation.kernel.arguments import Outputs, Question
 from mobo_core.jit.numerics import random_start, target_rotation
 

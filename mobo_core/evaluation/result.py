@@ -18,8 +18,8 @@ Engine = Literal["kernel", "reference"]
 
 
 @dataclass(frozen=True, repr=False)
-class Postures:
-    """Accepted postures.
+class Configurations:
+    """Accepted configurations.
 
     Attributes:
         voxel, pose: (m,) which target each belongs to.
@@ -70,7 +70,7 @@ class Result:
         audit_fault: what failed, if a check did.
         ignored_shapes: collision shapes that were neither cylinder nor sphere.
         extra: values of the objectives asked for beyond reach and torque, by name.
-        postures: the accepted postures, if asked for.
+        configurations: the accepted configurations, if asked for.
     """
 
     spec: EvaluationSpec
@@ -92,7 +92,7 @@ class Result:
     audit_fault: str = ""
     ignored_shapes: int = 0
     extra: dict[str, float] = field(default_factory=dict)
-    postures: Postures | None = None
+    configurations: Configurations | None = None
 
     def __repr__(self) -> str:
         """Return scores and chain in one line."""

@@ -17,7 +17,7 @@ from mobo_core.evaluation.urdf_xml import numbers, parse, text, unique_names
 MAX_BYTES = 1_000_000
 MAX_JOINTS = 64
 MAX_LINKS = 256
-_TURNING = ("revolute", "continuous")
+_REVOLUTE = ("revolute", "continuous")
 _ANGLE_LIMIT = 1e3
 
 
@@ -154,7 +154,7 @@ def _shape(collision: Element, link: str, checked: CheckedUrdf) -> None:
 def _joint(joint: Element, plain: Element, links: set[str], checked: CheckedUrdf) -> None:
     name, kind = joint.get("name", ""), joint.get("type", "")
     where = f"urdf joint {name!r}"
-    if kind not in (*_TURNING, "fixed", "prismatic"):
+    if kind not in (*_REVOLUTE, "fixed", "prismatic"):
         raise InputError(f"type {kind[:40]!r}", where=where, expected="revolute, continuous, prismatic or fixed")
     ends = {}
     for end in ("parent", "child"):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from mobo_core.evaluation.kernel.posture import DAMPING_FLOOR, DAMPING_GAIN, HALF_TURN, MAX_STEP
+from mobo_core.evaluation.kernel.configuration import DAMPING_FLOOR, DAMPING_GAIN, HALF_TURN, MAX_STEP
 from mobo_core.jit.numerics import COS_TERMS, HALF_PI_PARTS, SIN_TERMS, TWO_OVER_PI
 
 LANES = 16
@@ -35,7 +35,7 @@ def lane_step_source(n: int) -> str:
 
 
 def lane_forward_source(n: int) -> str:
-    """Return the source of ``lane_forward(state, constants)``: where the tip is at a row of postures.
+    """Return the source of ``lane_forward(state, constants)``: where the tip is at a row of configurations.
 
     ``state`` and ``constants`` as for ``lane_step``; the tip's rotation and position go where that has the
     target's.

@@ -1,6 +1,6 @@
-"""Where IK attempts start: the sampled postures whose tip is nearest to a pose. Compiled.
+"""Where IK attempts start: the sampled configurations whose tip is nearest to a pose. Compiled.
 
-A table holds the tip's pose at many sampled postures, sorted by the cells of a grid. The samples near a voxel's
+A table holds the tip's pose at many sampled configurations, sorted by the cells of a grid. The samples near a voxel's
 centre are gathered once for all of its poses; each pose takes the nearest of them, by position and orientation.
 """
 

@@ -11,9 +11,7 @@ import math
 
 import numpy as np
 
-from mobo_core.evaluation.kernel.geometry import any_pair_collides
-from mobo_core.evaluation.kernel.lanes import LANES
-from mobo_core.evaluation.kernel.posture import (
+from mobo_core.evaluation.kernel.configuration import (
     IN_COLLISION,
     NOT_CONVERGED,
     OUT_OF_RANGE,
@@ -21,6 +19,8 @@ from mobo_core.evaluation.kernel.posture import (
     forward,
     gravity_torque,
 )
+from mobo_core.evaluation.kernel.geometry import any_pair_collides
+from mobo_core.evaluation.kernel.lanes import LANES
 from mobo_core.evaluation.kernel.starts import BLIND, STALL_4, STALL_5, STALL_6, WEIGHT, choose_starts, gather_near
 from mobo_core.jit.numerics import random_start, target_rotation
 
@@ -36,7 +36,7 @@ def lane_forward(state, constants):
 
 
 def table_tips(constants, q, low, high, tips):
-    """Write where the tip is at the postures ``low`` to ``high`` - 1 of ``q`` (m, n) into those columns of ``tips``.
+    """Write where the tip is at the rows ``low`` to ``high`` - 1 of ``q`` (m, n) into those columns of ``tips``.
 
     ``tips`` (12, m): rotation row by row, and position in m.
     """

@@ -1,8 +1,8 @@
-"""What the compiled kernel is made of besides its lanes: its constants, and one posture at a time.
+"""What the compiled kernel is made of besides its lanes: its constants, and one configuration at a time.
 
 The algorithm, shared step by step with :mod:`mobo_core.evaluation.reference`: damped least squares on the six
 errors of the tool (position in m, orientation as twice the sine of half the angle, along its axis), with joints
-at their limits frozen while the gradient pushes them further. An attempt ends with a posture within both
+at their limits frozen while the gradient pushes them further. An attempt ends with a configuration within both
 tolerances, which counts unless it is in self-collision.
 
 All functions take flat arrays (see :class:`mobo_core.evaluation.chain.Chain`), release the GIL, and give the
