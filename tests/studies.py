@@ -55,7 +55,11 @@ def run_study(
     def publish(topic: str, data: bytes) -> None:
         published.append((topic, data))
 
-    optimizer = Optimizer(bag, chosen, n_trials, Dispatcher(), publish, log=lambda line: None)
+    try:
+        optimizer = Optimizer(bag, chosen, n_trials, Dispatcher(), publish, log=lambda line: None)
+    except BaseException:
+        bag.close()  # as the node does
+        raise
     who = {name: Answering(name, engine, simulated_s=0.0) for name in evaluators}
     pending: list[Any] = []
     now = 0.0

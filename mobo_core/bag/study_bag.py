@@ -60,31 +60,30 @@ class StudyBag:
             raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
         try:
             # Again: another optimizer may have been faster.
-            self._past = check_bag(folder, name, settings, resume=resume)
+            self._new = not check_bag(folder, name, settings, resume=resume)
         except BaseException:
             self._lock.release()
             raise
-        self._new = not self._past
         self._version = SCHEMA_VERSION if self._new else schema_version_of(read_record(folder), str(folder))
         self._record = study_record(name, settings, self._version)
 
-    def take_past(self) -> StudyRecord | None:
-        """Return what the bag holds of the study, as :func:`past_study` does, at the first call; else None.
-
-        Files whose writer was killed are made whole.
+    def past(self) -> StudyRecord | None:
+        """Return what the bag holds of the study, as :func:`past_study` does; None if it is new. Touches nothing.
 
         Raises:
             InputError: a file of the bag cannot be read.
+        """
+        return None if self._new else past_study(self.folder)
+
+    def go_on(self, past: StudyRecord) -> None:
+        """Make whole the files whose writer was killed; call it before anything is appended to :meth:`past`.
+
+        Raises:
             StudyError: no room to make a file whole; it is as it was.
         """
-        if not self._past:
-            return None
-        self._past = False
-        past = past_study(self.folder)
         for content in past.contents:
             whole = content if content.finished else recover_file(content, self._record)
             self._files.append(whole.summary)
-        return past
 
     @property
     def recording(self) -> bool:

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.messages import Command
+from mobo_core.search.study import Params, frozen_trial
 
+COMMANDS = ("pause", "resume", "stop", "enqueue")
 _MAX_SOURCE = 200
 
 
@@ -50,7 +52,7 @@ class Controls:
     def __init__(self, study: str, space: DesignSpace, record: Callable[[Command], None]) -> None:
         self._study, self._space, self._record = study, space, record
         self.paused = self.stopped = False
-        self.enqueued: dict[int, dict[str, Any]] = {}
+        self.enqueued: dict[int, Params] = {}
 
     def pause(self, asked: int, source: str) -> Reply:
         """Stop asking and sending out; ``asked`` trials are asked so far, ``source`` says who wants it."""
@@ -82,11 +84,13 @@ class Controls:
         A stop is not repeated: it took effect, and to resume the study is the newer wish.
 
         Raises:
-            InputError: an enqueue that cannot be read.
+            InputError: a command that is none, or an enqueue of no arm of the space.
         """
         for command in commands:
             if command.command != "stop" and (command.command != "enqueue" or command.trial >= asked):
                 self._apply(command)
+        for trial, params in self.enqueued.items():
+            frozen_trial(self._space, params, f"command enqueue of trial {trial}")
 
     def _accept(self, command: str, trial: int, source: str, **arguments: object) -> Reply:
         message = Command(
@@ -104,13 +108,16 @@ class Controls:
             self.paused = False
             return "going on"
         if command.command == "enqueue":
-            self.enqueued[int(command.trial)] = enqueued_params(command)
+            self.enqueued[command.trial] = enqueued_params(command)
             return f"trial {command.trial} will be this arm"
-        self.stopped = True
-        return "stopping; resume:=true goes on"
+        if command.command == "stop":
+            self.stopped = True
+            return "stopping; resume:=true goes on"
+        where = f"command of trial {command.trial}"
+        raise InputError(f"unknown: {command.command[:40]!r}", where=where, expected=" or ".join(COMMANDS))
 
 
-def enqueued_params(command: Command) -> dict[str, Any]:
+def enqueued_params(command: Command) -> Params:
     """Return the sampler's parameters that an enqueue Command holds.
 
     Raises:
@@ -118,6 +125,6 @@ def enqueued_params(command: Command) -> dict[str, Any]:
     """
     try:
         return dict(json.loads(command.arguments_json)["params"])
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         where = f"command enqueue of trial {command.trial}"
         raise InputError(f"not readable ({error!r:.80})", where=where, expected="params") from None

@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -32,7 +31,7 @@ from mobo_core.messages import (
     encode,
 )
 from mobo_core.search.front import RunningFront
-from mobo_core.search.study import Asked, OrderedStudy, StudySettings, Told
+from mobo_core.search.study import Asked, OrderedStudy, Params, StudySettings, Told
 
 # Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
 _MAX_UNUSED_RECORDED = 16
@@ -82,8 +81,12 @@ class Optimizer:
         self._unused_of: dict[int, int] = {}
         self.answers = self.answers_unused = self.resent = self.failed = 0
         self.best: tuple[Evaluation, str] | None = None  # Evaluation and URDF of the highest reach
-        if (past := bag.take_past()) is not None:
-            self._replay(past)
+        if (past := bag.past()) is not None:
+            try:
+                self._replay(past)
+            except InputError as error:
+                raise error.at(str(bag.folder)) from None
+            bag.go_on(past)
 
     @property
     def done(self) -> bool:
@@ -206,18 +209,18 @@ class Optimizer:
     def _replay(self, past: StudyRecord) -> None:
         """Bring the study to where its bag left it."""
         sent: dict[int, set[Dispatch]] = {}
-        params: dict[int, dict[str, Any]] = {}
+        params: dict[int, str] = {}
         for candidate in past.candidates:
             trial = int(candidate.trial)
             if trial not in past.trials:
                 sent.setdefault(trial, set()).add(Dispatch(trial, int(candidate.attempt), candidate.evaluator))
-            params.setdefault(trial, json.loads(candidate.params_json))
+            params.setdefault(trial, candidate.params_json)
         for number in range(len(params)):
             if number not in params:
-                raise InputError(f"no candidate of trial {number}", where=str(past.path), expected="every trial")
+                raise InputError(f"no candidate of trial {number}", expected="every trial")
             while not self.study.may_ask():
                 self._retell(past)
-            self.study.recall(params[number])
+            self.study.recall(_params(params[number], number))
             if number and number % _SAY_EVERY == 0:
                 self._log(f"resuming {past.name}: {number} of {len(params)} trials")
         while len(self.study.told) in past.trials:
@@ -236,7 +239,7 @@ class Optimizer:
     def _retell(self, past: StudyRecord) -> None:
         number = len(self.study.told)
         if number not in past.trials:
-            raise InputError(f"trial {number} was never told", where=str(past.path), expected="trials in order")
+            raise InputError(f"trial {number} was never told", expected="trials in order")
         self._count(self._told(past.trials[number]))
 
     def _count(self, told: Told) -> None:
@@ -326,3 +329,10 @@ class Optimizer:
     def _told(self, trial: Trial) -> Told:
         complete = trial.state == Trial.COMPLETE
         return Told(trial.trial, values_of(trial, self.settings.objectives) if complete else None)
+
+def _params(text: str, trial: int) -> Params:
+    try:
+        return dict(json.loads(text))
+    except (ValueError, TypeError, RecursionError) as error:
+        where = f"params_json of trial {trial}"
+        raise InputError(f"not readable ({error!r:.80})", where=where, expected="parameters of the space") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -10,6 +11,7 @@ from optuna.trial import TrialState
 from pydantic import Field, ValidationInfo, field_validator
 
 from mobo_core.design import Design, DesignSpace
+from mobo_core.errors import InputError
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.search.front import Aims, aims_of
@@ -85,6 +87,10 @@ class StudySettings(Settings):
         return None
 
 
+# A sampler's own parameters, by name: what it drew, and what a bag holds of it as JSON.
+Params = dict[str, Any]
+
+
 @dataclass(frozen=True)
 class Asked:
     """A trial that the sampler asks for.
@@ -97,7 +103,7 @@ class Asked:
 
     number: int
     design: Design
-    params: dict[str, Any]
+    params: Params
 
 
 @dataclass(frozen=True)
@@ -153,11 +159,16 @@ class OrderedStudy:
         self._asked.append(asked)
         return asked
 
-    def recall(self, params: dict[str, Any]) -> Asked:
-        """Take the next trial from a record instead of from the sampler."""
+    def recall(self, params: Params) -> Asked:
+        """Take the next trial from a record instead of from the sampler.
+
+        Raises:
+            InputError: they are no parameters of the space.
+        """
         number = len(self._asked)
         self._catch_up(number)
         space = self.settings.space
+        recalled = frozen_trial(space, params, f"params_json of trial {number}")
         asked = Asked(number, space.design(params), params)
         if self._stateful:
             self._optuna.sampler = self._sampler(number)
@@ -166,11 +177,7 @@ class OrderedStudy:
             _ = trial.relative_params  # has the sampler draw, in vain but for its notes
             space.suggest(trial)
         else:
-            self._optuna.add_trial(
-                optuna.trial.create_trial(
-                    state=TrialState.RUNNING, params=params, distributions=space.distributions(params)
-                )
-            )
+            self._optuna.add_trial(recalled)
         self._asked.append(asked)
         return asked
 
@@ -196,3 +203,17 @@ class OrderedStudy:
             else:
                 self._optuna.tell(told.number, list(told.values))
             self._seen += 1
+
+
+def frozen_trial(space: DesignSpace, params: Params, where: str) -> optuna.trial.FrozenTrial:
+    """Return parameters that a record holds as a trial of Optuna's that runs.
+
+    Raises:
+        InputError: they are none of the space; ``where`` they were found.
+    """
+    try:
+        with warnings.catch_warnings(action="ignore"):  # of values out of range, refused here
+            distributions = space.distributions(params)
+        return optuna.trial.create_trial(state=TrialState.RUNNING, params=params, distributions=distributions)
+    except (ValueError, KeyError, TypeError, AttributeError, InputError) as error:
+        raise InputError(f"not readable ({error!r:.80})", where=where, expected="parameters of the space") from None

@@ -12,7 +12,7 @@ import numpy as np
 
 from mobo_core.bag.record import StudyRecord, versions
 from mobo_core.bag.validity import values_of
-from mobo_core.coordination.control import enqueued_params
+from mobo_core.coordination.control import COMMANDS, enqueued_params
 from mobo_core.design import Design, to_urdf
 from mobo_core.errors import InputError
 from mobo_core.evaluation.objectives import OBJECTIVES
@@ -141,6 +141,8 @@ def _commands(study: StudyRecord) -> Iterator[Fault]:
         number = int(command.trial)
         if command.study != study.name:
             yield Fault(number, "command", f"for study {command.study!r} in a bag of {study.name!r}")
+        if command.command not in COMMANDS:
+            yield Fault(number, "command", f"unknown: {command.command[:40]!r}")
         if command.command != "enqueue":
             continue
         if number in enqueued:
