@@ -6,8 +6,8 @@ from typing import cast
 
 import pytest
 
+from mobo_core.coordination.answer import Abilities, Answering
 from mobo_core.coordination.evaluator import Evaluator
-from mobo_core.coordination.options import EvaluatorOptions
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import StudyError
 from mobo_core.messages import Candidate, EvaluatorStatus, Trial, decode, encode
@@ -17,6 +17,7 @@ class Pool:
     """Workers that do nothing."""
 
     restarts = 0
+    answering, abilities = Answering("e"), Abilities("hash")
 
     def __init__(self) -> None:
         self.ready = 0
@@ -52,8 +53,8 @@ class Scene:
     def __init__(self) -> None:
         self.pool, self.said, self.warned = Pool(), list[tuple[str, bytes]](), list[str]()
         self.evaluator = Evaluator(
-            "e", cast(WorkerPool, self.pool), EvaluatorOptions(workers=2),
-            publish=lambda topic, data: self.said.append((topic, data)), log=lambda _: None, warn=self.warned.append,
+            cast(WorkerPool, self.pool), publish=lambda topic, data: self.said.append((topic, data)),
+            log=lambda _: None, warn=self.warned.append,
         )  # fmt: skip
 
     def ready(self) -> Scene:

@@ -101,7 +101,7 @@ def test_answers_are_what_an_evaluation_gives(kernel_pool: WorkerPool) -> None:
 def test_what_this_evaluator_is_unable_to_answer_is_failed_not_rejected(kernel_pool: WorkerPool) -> None:
     """Another evaluator may: candidates of another schema, or with more joints than the kernel takes."""
     for asked, words in (
-        (candidate(schema_version=999), "schema_version: 999; expected 1, this evaluator's"),
+        (candidate(schema_version=999), "schema_version: 999; expected 2, this evaluator's"),
         (candidate(urdf=arm("P" * 13, (0.04,) * 13)), "13 joints on the way to the tip"),
     ):
         kernel_pool.submit(asked)

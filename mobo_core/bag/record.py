@@ -91,7 +91,7 @@ def settings_of(record: dict[str, str], where: str) -> StudySettings:
         raise InputError(f"metadata record not readable ({error!r:.80})", where=where, expected="a study") from None
 
 
-@dataclass
+@dataclass(repr=False)
 class StudyRecord:
     """A study as its bag tells it. Messages are those of :mod:`mobo_core.messages`.
 
@@ -124,6 +124,12 @@ class StudyRecord:
     belated: list[int] = field(default_factory=list)
     contents: list[FileContent] = field(default_factory=list)
     best: tuple[Evaluation, str] | None = None
+
+    def __repr__(self) -> str:
+        """Return a line: name, trials, bag."""
+        told, complete = len(self.trials), len(self.complete_trials())
+        failed = f", {told - complete} failed" if told > complete else ""
+        return f"StudyRecord({self.name!r}: {told} trials told{failed}; {self.path})"
 
     @property
     def faults(self) -> list[str]:

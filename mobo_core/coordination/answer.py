@@ -10,7 +10,7 @@ import traceback
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -37,6 +37,18 @@ def host_id() -> str:
     return f"{socket.gethostname()}-{machine}".rstrip("-")
 
 
+class Abilities(NamedTuple):
+    """What a worker can do, as its evaluator's heartbeats say.
+
+    Attributes:
+        kernel_hash: of the sources of its kernel; "" if it has none.
+        objectives: names of those it can evaluate.
+    """
+
+    kernel_hash: str = ""
+    objectives: tuple[str, ...] = ("reach", "torque")
+
+
 @dataclass(frozen=True)
 class Answering:
     """How an evaluator answers.
@@ -53,13 +65,17 @@ class Answering:
     threads: int = 1
     simulated_s: float = 0.1
 
-    def load(self) -> None:
+    def load(self) -> Abilities:
         """Import and compile all that answers need. Libraries that a simulated evaluation does without stay out."""
-        if self.engine != "simulated":
-            from mobo_core.evaluation import evaluate  # noqa: F401
-            from mobo_core.evaluation.kernel.load import kernel
+        if self.engine == "simulated":
+            return Abilities()
+        from mobo_core.evaluation import evaluate  # noqa: F401
+        from mobo_core.evaluation.kernel import CACHE
+        from mobo_core.evaluation.kernel.load import kernel
+        from mobo_core.evaluation.objectives import OBJECTIVES
 
-            kernel()
+        kernel()
+        return Abilities(CACHE.source_hash(), tuple(OBJECTIVES))
 
     def answer(self, candidate: Candidate) -> Evaluation:
         """Return the Evaluation of a Candidate.

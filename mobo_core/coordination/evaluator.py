@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import os
+import re
+import socket
 from collections.abc import Callable
 
 import numpy as np
 
 from mobo_core.coordination.answer import host_id
 from mobo_core.coordination.health import Health, evaluator_health
-from mobo_core.coordination.options import EvaluatorOptions
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InputError, StudyError
 from mobo_core.messages import Candidate, EvaluatorStatus, Trial, address, decode, encode
 from mobo_core.version import __version__
+
+HEARTBEAT_S = 1.0
+
+
+def default_name() -> str:
+    """Return the name of an evaluator that was given none: ``evaluator_<host>_<pid>``."""
+    host = re.sub(r"\W", "_", socket.gethostname(), flags=re.ASCII)
+    return f"evaluator_{host}_{os.getpid()}"
 
 
 class Evaluator:
     """Has a pool's workers answer the candidates that name it, and says that it is there.
 
     Args:
-        name: of this evaluator.
-        pool: its workers.
-        options: what it was told.
+        pool: its workers, which answer in its name.
         publish: sends bytes on a topic (relative name).
         log: takes lines for people.
         warn: takes lines on what went wrong; a flood of them may come.
@@ -30,14 +37,12 @@ class Evaluator:
 
     def __init__(
         self,
-        name: str,
         pool: WorkerPool,
-        options: EvaluatorOptions,
         publish: Callable[[str, bytes], None],
         log: Callable[[str], None] = print,
         warn: Callable[[str], None] = print,
     ) -> None:
-        self._name, self._pool, self._options = name, pool, options
+        self._name, self._pool = pool.answering.evaluator, pool
         self._publish, self._log, self._warn = publish, log, warn
         self._answered = 0
         self._announced = False
@@ -106,8 +111,10 @@ class Evaluator:
             evaluator=self._name,
             state=state,
             workers=len(self._pool),
-            threads=self._options.threads,
-            engine=self._options.engine,
+            threads=self._pool.answering.threads,
+            engine=self._pool.answering.engine,
+            kernel_hash=self._pool.abilities.kernel_hash,
+            objectives=list(self._pool.abilities.objectives),
             studies=[candidate.study for candidate in held],
             trials=np.array([candidate.trial for candidate in held], np.uint32),
             attempts=np.array([candidate.attempt for candidate in held], np.uint32),

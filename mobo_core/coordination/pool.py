@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import selectors
 import socket
@@ -13,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 
-from mobo_core.coordination.answer import Answering
+from mobo_core.coordination.answer import Abilities, Answering
 from mobo_core.messages import Candidate, Evaluation, encode
 
 # A worker that dies while it starts, this many times in a row, will not come up at all.
@@ -52,6 +53,7 @@ class WorkerPool:
         self._timeout_s, self._memory_mb, self._clock = timeout_s, memory_mb, clock
         self._failed_starts = 0
         self.restarts = 0  # workers replaced so far
+        self.abilities = Abilities()  # of the worker that started last
         self._waiting: list[Candidate] = []
         self._selector = selectors.DefaultSelector()
         self._workers = [self._start() for _ in range(workers)]
@@ -110,6 +112,9 @@ class WorkerPool:
                     if worker.ready:
                         answers.append(data)
                         worker.candidate = None
+                    else:
+                        kernel_hash, objectives = json.loads(data)
+                        self.abilities = Abilities(kernel_hash, tuple(objectives))
                     worker.ready = True
                     self._failed_starts = 0
             except (EOFError, ConnectionResetError, OSError):

@@ -7,6 +7,7 @@ A crash in here (a URDF that upsets a library, memory) costs this process alone.
 
 from __future__ import annotations
 
+import json
 import resource
 import signal
 import sys
@@ -28,8 +29,7 @@ def main() -> None:
 
     try:
         answering: Answering = connection.recv()
-        answering.load()
-        connection.send_bytes(b"ready")
+        connection.send_bytes(json.dumps(answering.load()).encode())
         while True:
             candidate = decode(Candidate, connection.recv_bytes())
             connection.send_bytes(encode(answering.answer(candidate)))

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.audit import Audit
 from mobo_core.evaluation.batch import Batch
@@ -21,12 +22,14 @@ from mobo_core.evaluation.spec import EvaluationSpec
 
 # Poses whose configurations are held in memory at a time.
 _CHUNK_POSES = 1 << 16
+_PAPER = EvaluationSpec()
 
 
 def evaluate(
-    urdf: str | bytes,
-    spec: EvaluationSpec,
+    arm: Design | str | bytes,
+    spec: EvaluationSpec = _PAPER,
     *,
+    space: DesignSpace | None = None,
     tip: str = "",
     engine: Engine = "kernel",
     threads: int = 1,
@@ -36,13 +39,14 @@ def evaluate(
     configurations: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Result:
-    """Evaluate the arm that ``urdf`` describes.
+    """Evaluate an arm.
 
-    The result depends on ``urdf``, ``spec`` and ``tip`` alone, to the bit, whatever ``threads`` is.
+    The result depends on ``arm``, ``space``, ``spec`` and ``tip`` alone, to the bit, whatever ``threads`` is.
 
     Args:
-        urdf: the robot's description.
-        spec: what is asked.
+        arm: a design, or a robot's description as URDF.
+        spec: what is asked; by default the paper's question.
+        space: masses, radius and limits of a design; those of the default space if None.
         tip: link that has to reach; by default the only leaf.
         engine: ``kernel``, or ``reference`` (Pinocchio and Coal, one pose at a time, one thread).
         threads: threads of the kernel.
@@ -57,6 +61,7 @@ def evaluate(
             an objective is unknown.
         UnableError: the engine cannot answer, or an objective's value is not a finite number.
     """
+    urdf = to_urdf(arm, space or DesignSpace()) if isinstance(arm, Design) else arm
     chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
     values = _begun(objectives, chain, spec)
     centres = spec.voxel_centres()

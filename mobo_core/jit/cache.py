@@ -77,6 +77,13 @@ class Cache:
         decorate = numba.njit(cache=self.kept is not None, nogil=self._nogil, error_model="numpy")
         return cast(Function, decorate(function))
 
+    def source_hash(self) -> str:
+        """Return a hash of the sources: equal ones compute the same bits on every x86-64 machine."""
+        text = hashlib.sha256()
+        for source in self._sources:
+            text.update(source.read_bytes())
+        return text.hexdigest()[:16]
+
     def is_complete(self, part: str) -> bool:
         """Return whether this machine holds a part, compiled by :meth:`once`, that fits."""
         return (self.folder() / f"complete_{part}").exists()

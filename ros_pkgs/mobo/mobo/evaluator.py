@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import re
-import socket
 import sys
 import threading
 
@@ -15,7 +12,7 @@ from mobo.diagnostics import publish_health
 from mobo.parameters import declare
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, light_executor, run, subscribe
 from mobo_core.coordination.answer import Answering
-from mobo_core.coordination.evaluator import Evaluator
+from mobo_core.coordination.evaluator import HEARTBEAT_S, Evaluator, default_name
 from mobo_core.coordination.options import EvaluatorOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.pool import WorkerPool
@@ -27,8 +24,6 @@ HELP = help_text(
     EvaluatorOptions,
     ["", "--ros-args -p workers:=1", "--ros-args -r __node:=big_machine -p workers:=16"],
 )
-
-_HEARTBEAT_S = 1.0
 
 
 class _Watcher:
@@ -73,12 +68,12 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         "evaluators": node.create_publisher(EvaluatorStatus, "evaluators", MESSAGES_QOS),
     }
     evaluator = Evaluator(
-        node.get_name(), pool, options, publish=lambda topic, data: publishers[topic].publish(data), log=log.info,
+        pool, publish=lambda topic, data: publishers[topic].publish(data), log=log.info,
         warn=lambda text: log.warning(text, throttle_duration_sec=1.0),
     )  # fmt: skip
     subscribe(node, Candidate, "candidates", evaluator.on_candidate, CANDIDATES_QOS)
     subscribe(node, Trial, "trials", evaluator.on_trial, MESSAGES_QOS)
-    node.create_timer(_HEARTBEAT_S, evaluator.beat)
+    node.create_timer(HEARTBEAT_S, evaluator.beat)
     publish_health(node, "workers", evaluator.health)
     watcher = _Watcher(pool, evaluator, executor)
     try:
@@ -95,8 +90,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
 
 def main() -> int:
     """Run the node; return its exit code."""
-    host = re.sub(r"\W", "_", socket.gethostname(), flags=re.ASCII)
-    return run(f"evaluator_{host}_{os.getpid()}", HELP, _body, light_executor)
+    return run(default_name(), HELP, _body, light_executor)
 
 
 if __name__ == "__main__":
