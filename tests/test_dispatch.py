@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
 
 
@@ -218,8 +220,9 @@ def test_other_trials_pass_one_that_waits_for_another_evaluator() -> None:
     assert dispatcher.next_dispatches(0.0) == [Dispatch(0, 2, "b")]
 
 
-def test_max_attempts() -> None:
-    """After max_attempts failures a trial is given up, once; nothing counts for it any more."""
+@pytest.mark.parametrize("told", [False, True])
+def test_max_attempts(told: bool) -> None:
+    """After max_attempts failures a trial is given up, once; only a good answer still counts, until it is told."""
     dispatcher = started(max_attempts=3)
     verdicts = []
     for _ in range(3):
@@ -229,7 +232,31 @@ def test_max_attempts() -> None:
     assert verdicts == [Verdict.RETRY, Verdict.RETRY, Verdict.EXHAUSTED]
     assert dispatcher.open_trials == set()
     assert dispatcher.next_dispatches(0.0) == []
+    assert not dispatcher.matters(sent, ok=False)
+    for other in (sent._replace(attempt=4), sent._replace(evaluator="b")):
+        assert not dispatcher.matters(other, ok=True)
+        assert dispatcher.answered(other, 0.0, ok=True) is Verdict.LATE
+    assert dispatcher.matters(sent, ok=True)
+    if told:
+        dispatcher.close(0)
+        assert not dispatcher.matters(sent, ok=True)
+    else:
+        assert dispatcher.answered(Dispatch(0, 1, "a"), 0.0, ok=True) is Verdict.ACCEPTED
     assert dispatcher.answered(Dispatch(0, 1, "a"), 0.0, ok=True) is Verdict.LATE
+
+
+def test_heartbeats_take_up_nothing_that_is_given_up() -> None:
+    """What used up its attempts is with nobody, whoever still works on it; it fills that one's places."""
+    dispatcher = started(max_attempts=1, evaluators="ab")
+    (first,) = dispatcher.next_dispatches(0.0)
+    assert dispatcher.left("a") == [first]
+    (second,) = dispatcher.next_dispatches(0.0)
+    assert dispatcher.answered(second, 1.0, ok=False) is Verdict.EXHAUSTED
+    dispatcher.heard("a", 1, [(0, 1)], 2.0)
+    dispatcher.open(1)
+    assert dispatcher.next_dispatches(2.0) == [Dispatch(1, 1, "b")]
+    assert leases(dispatcher) == {1: [Dispatch(1, 1, "b")]}
+    assert dispatcher.answered(first, 3.0, ok=True) is Verdict.ACCEPTED
 
 
 def test_evaluations_that_take_too_long() -> None:
@@ -238,13 +265,16 @@ def test_evaluations_that_take_too_long() -> None:
     (first,) = dispatcher.next_dispatches(0.0)
     beat(dispatcher, range(1, 31), first)
     dispatcher.heard("a", 1, [(0, 1)], 30.5)
-    assert dispatcher.expire(30.5) == ([], [])
+    assert dispatcher.expire(30.5) == ([], [first])
+    assert dispatcher.answered(first, 30.5, ok=False, overdue=True) is Verdict.RETRY
     (second,) = dispatcher.next_dispatches(30.5)
     assert second == Dispatch(0, 2, "b")
     assert dispatcher.expire(60.5) == ([], [])
-    assert dispatcher.expire(60.6) == ([], [0])
+    assert dispatcher.expire(60.6) == ([], [second])
+    assert dispatcher.answered(second, 60.6, ok=False, overdue=True) is Verdict.EXHAUSTED
     assert dispatcher.expire(60.7) == ([], [])
     assert dispatcher.open_trials == set()
+    dispatcher.close(0)
     assert dispatcher.answered(second, 0.0, ok=True) is Verdict.LATE
 
 

@@ -54,6 +54,8 @@ class AnyOrder(RuleBasedStateMachine):
         )
         self.opened = 0
         self.ended: Counter[int] = Counter()
+        self.exhausted: set[int] = set()
+        self.told: set[int] = set()
         self.retries: Counter[int] = Counter()
         self.unable: set[tuple[int, str]] = set()
         self.sent: dict[Dispatch, float] = {}
@@ -97,12 +99,26 @@ class AnyOrder(RuleBasedStateMachine):
     def time_passes(self, seconds: float) -> None:
         self.now += seconds
         alive = set(self.dispatcher.evaluators)
-        lost, exhausted = self.dispatcher.expire(self.now)
+        lost, overdue = self.dispatcher.expire(self.now)
         assert set(lost) <= alive
         assert not set(lost) & set(self.dispatcher.evaluators)
-        assert exhausted == [] or self.timeout < 1e9
-        for trial in exhausted:
-            self.end(trial)
+        self.time_out(overdue)
+
+    def time_out(self, overdue: list[Dispatch]) -> None:
+        """Judge what takes too long as failed answers, as the optimizer does."""
+        for dispatch in overdue:
+            assert self.now - self.sent[dispatch] > self.timeout
+            if self.dispatcher.matters(dispatch, ok=False):
+                self.judge(dispatch, "overdue")
+        assert self.dispatcher.expire(self.now) == ([], [])
+
+    @rule()
+    def tell(self) -> None:
+        """The lowest trial that is not told is, if it has ended: nothing counts for it any more."""
+        trial = len(self.told)
+        if self.ended[trial]:
+            self.dispatcher.close(trial)
+            self.told.add(trial)
 
     @rule(target=sendings, seconds=st.sampled_from([0.5, 1.0, 2.0]), silent=st.sampled_from(["", "", *NAMES]))
     def a_while_passes(self, seconds: float, silent: str) -> object:
@@ -182,9 +198,18 @@ class AnyOrder(RuleBasedStateMachine):
     def judge(self, dispatch: Dispatch, kind: str) -> None:
         trial = dispatch.trial
         is_open = trial < self.opened and not self.ended[trial]
+        answerable = trial in self.exhausted - self.told
+        counts = (is_open or answerable) and dispatch in self.sent
+        failed = is_open and dispatch in self.dispatcher._open[trial].failed
+        assert self.dispatcher.matters(dispatch, ok=True) == counts
+        assert self.dispatcher.matters(dispatch, ok=False) == (counts and is_open and not failed)
         failed_before = is_open and dispatch in self.dispatcher._open[trial].failed
-        verdict = self.dispatcher.answered(dispatch, self.now, ok=kind == "ok", unable=kind == "unable")
-        if not is_open:
+        kinds = {"ok": kind == "ok", "unable": kind == "unable", "overdue": kind == "overdue"}
+        verdict = self.dispatcher.answered(dispatch, self.now, **kinds)
+        if answerable and counts and kind == "ok":
+            assert verdict is Verdict.ACCEPTED
+            self.exhausted.discard(trial)  # a good answer has come: none counts any more
+        elif not is_open:
             assert verdict is Verdict.LATE
         elif dispatch not in self.sent:
             assert verdict is Verdict.UNKNOWN
@@ -200,7 +225,8 @@ class AnyOrder(RuleBasedStateMachine):
             self.retries[trial] += 1
             if verdict is Verdict.EXHAUSTED:
                 self.end(trial)
-                assert self.timeout < 1e9 or self.retries[trial] == self.max_attempts
+                self.exhausted.add(trial)
+                assert self.retries[trial] == self.max_attempts
             else:
                 assert verdict is Verdict.RETRY
                 assert self.retries[trial] < self.max_attempts
@@ -239,8 +265,7 @@ class AnyOrder(RuleBasedStateMachine):
         for _ in range(20 * (self.opened + 1)):
             self.now += 1.0
             self.dispatcher.heard("healer", 2, [(d.trial, d.attempt) for d in healer], self.now)
-            for trial in self.dispatcher.expire(self.now)[1]:
-                self.end(trial)
+            self.time_out(self.dispatcher.expire(self.now)[1])
             for dispatch in list(healer):
                 healer.discard(dispatch)
                 self.judge(dispatch, "ok")

@@ -169,7 +169,11 @@ def test_two_sendings_that_both_take_too_long() -> None:
     assert {first, second} == {Dispatch(0, 1, "a"), Dispatch(0, 2, "b")}
     dispatcher.heard("a", 1, [(0, 1)], 99.0)
     dispatcher.heard("b", 1, [(0, 2)], 99.0)
-    assert dispatcher.expire(100.0) == ([], [0])
+    assert dispatcher.expire(100.0) == ([], [first, second])
+    assert dispatcher.answered(first, 100.0, ok=False, overdue=True) is Verdict.EXHAUSTED
+    assert not dispatcher.matters(second, ok=False)
+    assert dispatcher.answered(second, 100.0, ok=False, overdue=True) is Verdict.LATE
+    assert dispatcher.expire(100.0) == ([], [])
     dispatcher.open(2)
     dispatcher.open(3)
     assert dispatcher.next_dispatches(100.0) == []

@@ -81,7 +81,7 @@ class Collector:
     def __init__(self, study: StudyRecord, *, lean: bool = False) -> None:
         self._study, self._lean = study, lean
         self._sent: dict[int, set[tuple[int, str]]] = {}  # of the trials not told
-        self._answered: set[int] = set()
+        self._answered: dict[int, bool] = {}  # trial -> whether its first valid answer carries values
         self._urdfs: dict[int, str] = {}
 
     def add(self, entry: Entry) -> None:
@@ -95,8 +95,10 @@ class Collector:
                 study.candidates.append(message)
             case Evaluation():
                 sent = (message.attempt, message.evaluator) in self._sent.get(message.trial, ())
-                if sent and is_good(message, study.settings):
-                    self._answered.add(message.trial)
+                if sent and message.trial not in self._answered:
+                    good = is_good(message, study.settings)
+                    if good or message.status == Evaluation.REJECTED:
+                        self._answered[message.trial] = good
                 if not (self._lean and message.trial in study.trials):
                     study.evaluations.append(message)
             case Trial():
@@ -123,13 +125,13 @@ class Collector:
         if number in study.trials:
             study.repeated.append(number)
         study.trials.setdefault(number, trial)
-        if trial.state != Trial.COMPLETE and number in self._answered:
+        if trial.state != Trial.COMPLETE and self._answered.get(number):
             study.denied.add(number)
         if not self._lean:
             return
         trial.header, trial.study, trial.evaluator = _NO_HEADER, sys.intern(trial.study), sys.intern(trial.evaluator)
         self._sent.pop(number, None)
-        self._answered.discard(number)
+        self._answered.pop(number, None)
         urdf = self._urdfs.pop(number, "")
         told = [evaluation for evaluation in study.evaluations if evaluation.trial == number]
         if told:

@@ -104,7 +104,7 @@ class StudyRecord:
         evaluators: joins, leaves and losses.
         trials: trial number -> Trial; the first record of it.
         repeated: numbers of trials that were told more than once.
-        denied: numbers of trials told as failed after a good answer had come.
+        denied: numbers of trials told as failed although their first valid answer was good.
         belated: numbers of trials enqueued after they had been sent out.
         contents: the files.
         best: Evaluation and URDF of the trial of the highest reach; of :func:`past_study` only.

@@ -34,8 +34,8 @@ class Verdict(Enum):
 
     ACCEPTED = "accepted"
     RETRY = "retry"  # counts as a failed attempt; the trial goes out again
-    EXHAUSTED = "exhausted"  # the last attempt allowed has failed
-    LATE = "late"  # the trial has its answer
+    EXHAUSTED = "exhausted"  # the last attempt allowed has failed; a good answer may still come
+    LATE = "late"  # the trial has its answer, or this one says nothing new
     UNKNOWN = "unknown"  # never sent out like this
 
 
@@ -85,6 +85,9 @@ class Dispatcher:
     Only answers that say FAILED and evaluations that take too long count against ``max_attempts``: a lost
     evaluator says nothing of the arm.
 
+    A trial that has used up its attempts goes out no more, but a good answer to any of its sendings still counts
+    until the trial is told, which :meth:`close` says.
+
     Places go to the lowest trial first, at the fastest evaluators by a factor of two, then where most are free.
     What an evaluator holds fills its places, whether it is still wanted or not.
 
@@ -112,9 +115,11 @@ class Dispatcher:
         grace_s: float = 2.0,
     ) -> None:
         self._lease_s, self._max_attempts = lease_s, max_attempts
-        self._timeout_s, self._silence_s, self._grace_s = evaluation_timeout_s, min(silence_s, lease_s), grace_s
+        self.evaluation_timeout_s = evaluation_timeout_s
+        self._silence_s, self._grace_s = min(silence_s, lease_s), grace_s
         self._evaluators: dict[str, _Evaluator] = {}
         self._open: dict[int, _Trial] = {}
+        self._exhausted: dict[int, _Trial] = {}
         self._queue: list[int] = []
 
     @property
@@ -124,12 +129,12 @@ class Dispatcher:
 
     @property
     def waiting(self) -> int:
-        """How many trials without an answer are with no evaluator."""
+        """How many open trials are with no evaluator."""
         return len(self._queue)
 
     @property
     def open_trials(self) -> set[int]:
-        """The trials without an answer."""
+        """The trials without an answer that have attempts left."""
         return set(self._open)
 
     def open(self, trial: int, sent: Iterable[Dispatch] = ()) -> None:
@@ -168,22 +173,18 @@ class Dispatcher:
         del self._evaluators[evaluator]
         return ended
 
-    def expire(self, now: float) -> tuple[list[str], list[int]]:
-        """Let time pass: return the evaluators lost since, and the trials that used up their attempts."""
+    def expire(self, now: float) -> tuple[list[str], list[Dispatch]]:
+        """Let time pass: return the evaluators lost since, and what takes too long, to be judged as a failed answer."""
         lost = [name for name, e in self._evaluators.items() if now - e.last_heard > self._silence_s]
         for name in lost:
             self.left(name)
-        exhausted = []
+        overdue = []
         for lease in [lease for e in self._evaluators.values() for lease in e.leases.values()]:
-            trial = lease.dispatch.trial
-            if trial not in self._open:
-                continue  # exhausted just now
-            if now - lease.since > self._timeout_s:
-                if self._fail(lease.dispatch):
-                    exhausted.append(trial)
+            if now - lease.since > self.evaluation_timeout_s:
+                overdue.append(lease.dispatch)
             elif now > lease.until:
                 self._drop(lease.dispatch)
-        return lost, exhausted
+        return lost, overdue
 
     def next_dispatches(self, now: float) -> list[Dispatch]:
         """Hand out queued trials, lowest number first, then stragglers once more; see the class."""
@@ -209,20 +210,27 @@ class Dispatcher:
 
     def matters(self, dispatch: Dispatch, *, ok: bool) -> bool:
         """Return whether such an answer would change anything."""
-        record = self._open.get(dispatch.trial)
-        return record is not None and dispatch in record.sent and (ok or dispatch not in record.failed)
+        if (record := self._open.get(dispatch.trial)) is not None:
+            return dispatch in record.sent and (ok or dispatch not in record.failed)
+        return ok and self._redeems(dispatch)
 
-    def answered(self, dispatch: Dispatch, now: float, *, ok: bool, unable: bool = False) -> Verdict:
-        """Judge an answer: the first one that is ``ok`` of any sending of an open trial counts.
+    def answered(
+        self, dispatch: Dispatch, now: float, *, ok: bool, unable: bool = False, overdue: bool = False
+    ) -> Verdict:
+        """Judge an answer: the first one that is ``ok`` of any sending of a trial not told counts.
 
         Without ``ok`` the answer says that this evaluator could not do it. If it was ``unable`` to, whatever
-        the arm, that does not count against the trial, which will not go to it again.
+        the arm, that does not count against the trial, which will not go to it again. What is ``overdue`` is no
+        answer: the evaluator still works on it.
         """
-        if dispatch.evaluator in self._evaluators:
+        if not overdue and dispatch.evaluator in self._evaluators:
             self._evaluators[dispatch.evaluator].holds.discard((dispatch.trial, dispatch.attempt))
         record = self._open.get(dispatch.trial)
         if record is None:
-            return Verdict.LATE
+            if not (ok and self._redeems(dispatch)):
+                return Verdict.LATE
+            self.close(dispatch.trial)
+            return Verdict.ACCEPTED
         if dispatch not in record.sent:
             return Verdict.UNKNOWN
         if ok:
@@ -242,6 +250,7 @@ class Dispatcher:
 
     def close(self, trial: int) -> None:
         """End a trial: no answer to it counts from now on."""
+        self._exhausted.pop(trial, None)
         record = self._open.pop(trial, None)
         if record is None:
             return
@@ -299,11 +308,17 @@ class Dispatcher:
             self._queue.append(dispatch.trial)
             self._queue.sort()
 
+    def _redeems(self, dispatch: Dispatch) -> bool:
+        """Return whether a good answer to a sending is still of use to a trial that used up its attempts."""
+        record = self._exhausted.get(dispatch.trial)
+        return record is not None and dispatch in record.sent
+
     def _fail(self, dispatch: Dispatch) -> bool:
         record = self._open[dispatch.trial]
         record.failed.add(dispatch)
         self._drop(dispatch)
-        if len(record.failed) >= self._max_attempts:
-            self.close(dispatch.trial)
-            return True
-        return False
+        if len(record.failed) < self._max_attempts:
+            return False
+        self.close(dispatch.trial)
+        self._exhausted[dispatch.trial] = record
+        return True

@@ -148,12 +148,12 @@ class Optimizer:
 
     def tick(self, now: float) -> None:
         """Do all there is to do: tell, ask, send out."""
-        lost, exhausted = self._dispatcher.expire(now)
+        lost, overdue = self._dispatcher.expire(now)
         for name in lost:
             self._record_evaluator(EvaluatorStatus(evaluator=name), EvaluatorStatus.LOST)
             self._warn(f"{name} lost: its candidates go to others")
-        for trial in exhausted:
-            self._give_up(trial, "timed out on every attempt")
+        for dispatch in overdue:
+            self._time_out(dispatch, now)
         while True:
             while len(self.study.told) in self._answers:
                 self._tell(self._answers.pop(len(self.study.told)))
@@ -272,11 +272,11 @@ class Optimizer:
         self.resent += dispatch.attempt > 1
         self._publish("candidates", self._bag.append("candidates", candidate))
 
-    def _judge(self, evaluation: Evaluation, now: float) -> bool:
+    def _judge(self, evaluation: Evaluation, now: float, *, overdue: bool = False) -> bool:
         """Let the dispatcher judge an answer; return whether it changed anything."""
         dispatch, ok, fault = claim_of(evaluation, self.settings)
         unable = evaluation.status == Evaluation.FAILED and evaluation.reason.startswith(UNABLE)
-        verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable)
+        verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable, overdue=overdue)
         reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
         if verdict is Verdict.ACCEPTED:
             failed = evaluation.status == Evaluation.REJECTED
@@ -303,13 +303,24 @@ class Optimizer:
         if not failure:
             self._evaluations[int(evaluation.trial)] = evaluation
 
-    def _give_up(self, trial: int, reason: str) -> None:
-        self._answers[trial] = Trial(
-            study=self._bag.name, trial=trial, state=Trial.FAIL, reach=math.nan, torque=math.nan, reason=reason
+    def _time_out(self, dispatch: Dispatch, now: float) -> None:
+        """Record that an evaluator took too long as the FAILED answer it comes to, so that resume judges it too."""
+        if not self._dispatcher.matters(dispatch, ok=False):
+            return  # another attempt that timed out was the trial's last
+        evaluation = Evaluation(
+            study=self._bag.name,
+            trial=dispatch.trial,
+            attempt=dispatch.attempt,
+            evaluator=dispatch.evaluator,
+            status=Evaluation.FAILED,
+            reason=f"timed out after {self._dispatcher.evaluation_timeout_s:g} s",
         )
+        self._bag.append("evaluations", evaluation)
+        self._judge(evaluation, now, overdue=True)
 
     def _tell(self, trial: Trial) -> None:
         self._publish("trials", self._bag.append("trials", trial))
+        self._dispatcher.close(trial.trial)
         told = self._told(trial)
         self._count(told)
         urdf = self._urdfs.pop(told.number)
