@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.leases import Dispatch, Verdict
 
 
 def leases(dispatcher: Dispatcher) -> dict[int, list[Dispatch]]:

@@ -26,7 +26,8 @@ from studies import run_study
 from mobo_core.bag.collector import read_study
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import Answering
-from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.leases import Dispatch, Verdict
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, Trial, decode, encode
 from mobo_core.search.study import StudySettings

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.leases import Dispatch, Verdict
 
 
 @dataclass

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mobo_core.bag.validity import evaluation_fault
-from mobo_core.coordination.dispatch import Dispatch
+from mobo_core.coordination.leases import Dispatch
 from mobo_core.errors import InputError
 from mobo_core.messages import Evaluation, EvaluatorStatus, decode
 from mobo_core.search.study import StudySettings

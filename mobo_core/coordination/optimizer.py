@@ -14,7 +14,8 @@ from mobo_core.bag.study_bag import StudyBag
 from mobo_core.bag.validity import values_of
 from mobo_core.coordination.answers import claim_of, read_heartbeat
 from mobo_core.coordination.control import Controls
-from mobo_core.coordination.dispatch import Dispatch, Dispatcher, Verdict
+from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.leases import Dispatch, Verdict
 from mobo_core.design.description import TIP_LINK
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError
