@@ -11,12 +11,20 @@ from hypothesis import settings
 from nodes import Nodes, own_domain
 from peer import Peer
 
+from mobo_core.commands import progress
+
 # What starts in the background of a script ignores SIGINT, and so would all that the tests start.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples on every run, however slow the machine; `--hypothesis-profile=default` looks for new ones.
 settings.register_profile("mobo", deadline=None, derandomize=True, database=None)
 settings.load_profile("mobo")
+
+
+@pytest.fixture(autouse=True)
+def _no_lines_of_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Commands in the tests' own process say nothing of how far they are, however slow the machine."""
+    monkeypatch.setattr(progress, "FIRST_S", 1e6)
 
 
 @pytest.fixture

@@ -54,3 +54,11 @@ def arm_design(args: argparse.Namespace) -> tuple[Design, DesignSpace]:
 def arm_urdf(args: argparse.Namespace) -> str:
     """Return the URDF of :func:`arm_design`."""
     return to_urdf(*arm_design(args))
+
+
+def refuse_arm(args: argparse.Namespace, source: str) -> None:
+    """Raise InputError if an argument of an arm is given beside ``source``, which has the arm already."""
+    for name in ("joints", "lengths", "total", "space"):
+        if getattr(args, name) is not None:
+            expected = "one arm: a file, a bag, or --joints and --lengths"
+            raise InputError(f"both {source} and --{name}", where="arguments", expected=expected)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mobo_core.commands.parsing import Verbs
-from mobo_core.commands.reading import lock_holder, notice
+from mobo_core.commands.reading import lock_holder, notice, read_with_notice
 from mobo_core.errors import StudyError
 
 
@@ -60,11 +60,9 @@ def add(verbs: Verbs) -> None:
 
 def run_info(args: argparse.Namespace) -> int:
     """Print what a bag holds."""
-    from mobo_core.bag.collector import read_study
     from mobo_core.bag.info import bag_info
 
-    with notice(f"reading {args.bag}"):
-        study = read_study(args.bag)
+    study = read_with_notice(args.bag)
     info = {**bag_info(study), "writer": lock_holder(study.path)}
     if args.json:
         print(json.dumps(info))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from mobo_core.commands.arms import add_arm_arguments, arm_urdf
+from mobo_core.commands.arms import add_arm_arguments, arm_urdf, refuse_arm
 from mobo_core.commands.parsing import Verbs
-from mobo_core.commands.reading import read_bag_argument
+from mobo_core.commands.reading import candidate_argument, read_bag_argument
 from mobo_core.errors import InputError
 
 
@@ -31,19 +31,22 @@ def _add_urdf(kinds: Verbs) -> None:
     parser = kinds.add_parser(
         "urdf",
         help="one arm, or the best of a bag",
-        description="Write the URDF of one arm into the file PATH, or those of the best arms of a bag into the\n"
-        "folder PATH, byte for byte as they were evaluated, named RANK_JOINTS_trialNUMBER.urdf.\n\n"
+        description="Write the URDF of one arm, or of one trial of a bag, into the file PATH, or those of the best\n"
+        "arms of a bag into the folder PATH, byte for byte as they were evaluated, named\n"
+        "RANK_JOINTS_trialNUMBER.urdf.\n\n"
         "Best are the arms of the Pareto front that reach a tenth of the voxels or more, the highest\n"
         "reach first; after them the other arms, the highest reach first.",
         epilog="examples:\n"
         "  mobo export urdf --joints YPPYPY --lengths 0.05,0.25,0.2,0.05,0,0.05 -o arm.urdf\n"
+        "  mobo export urdf bags/demo_001 --trial 46 -o arm.urdf\n"
         "  mobo export urdf bags/demo_001 --top 3 -o arms",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("bag", nargs="?", metavar="BAG", help="folder of a bag, or an .mcap file")
     parser.add_argument("--top", type=int, metavar="N", help="how many arms of the bag [1]")
+    parser.add_argument("--trial", type=int, metavar="N", help="the arm of this trial of the bag, into a file")
     add_arm_arguments(parser)
-    parser.add_argument("-o", "--output", required=True, metavar="PATH", help="file for one arm, folder for a bag's")
+    parser.add_argument("-o", "--output", required=True, metavar="PATH", help="file for one arm, folder for the best")
     parser.set_defaults(run=run_urdf)
 
 
@@ -82,20 +85,30 @@ def run_urdf(args: argparse.Namespace) -> int:
 
     path = Path(args.output)
     if args.bag is None:
-        if args.top is not None:
-            raise InputError("--top without a bag", where="arguments", expected="BAG --top N")
+        for name in ("top", "trial"):
+            if getattr(args, name) is not None:
+                raise InputError(f"--{name} without a bag", where="arguments", expected=f"BAG --{name} N")
         write_whole(path, arm_urdf(args))
         print(path)
         return 0
-    given = [name for name in ("joints", "lengths", "total", "space") if getattr(args, name) is not None]
-    if given:
-        raise InputError(
-            f"both a bag ({args.bag}) and --{given[0]}", where="arguments", expected="BAG, or --joints and --lengths"
-        )
+    refuse_arm(args, f"a bag ({args.bag})")
+    if args.trial is not None:
+        if args.top is not None:
+            raise InputError("both --top and --trial", where="arguments", expected="one of them")
+        return _export_trial(args.bag, args.trial, path)
     top = 1 if args.top is None else args.top
     if top < 1:
         raise InputError(str(top), where="--top", expected="1 or more")
     return _export_best(args.bag, top, path)
+
+
+def _export_trial(bag: str, trial: int, path: Path) -> int:
+    from mobo_core.outputs import write_whole
+
+    candidate = candidate_argument(read_bag_argument(bag), trial)
+    write_whole(path, candidate.urdf.encode("utf-8"))
+    print(path)
+    return 0
 
 
 def _export_best(bag: str, top: int, folder: Path) -> int:

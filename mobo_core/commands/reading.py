@@ -1,15 +1,19 @@
-"""Bags as arguments of commands: read with a notice, damage told and gone on from."""
+"""Bags as arguments of commands: read with a notice, damage told and gone on from; one trial of a bag."""
 
 from __future__ import annotations
 
 import fcntl
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from mobo_core.bag.lock import LOCK_FILE, holder_name
 from mobo_core.bag.record import StudyRecord
+from mobo_core.commands import progress
+from mobo_core.errors import InputError
+from mobo_core.messages import Candidate
 
 
 def read_bag_argument(bag: str) -> StudyRecord:
@@ -18,13 +22,22 @@ def read_bag_argument(bag: str) -> StudyRecord:
     Raises:
         InputError: no bag, or not one of a mobo study.
     """
-    from mobo_core.bag.collector import read_study
-
-    with notice(f"reading {bag}"):
-        study = read_study(bag)
+    study = read_with_notice(bag)
     for line in fault_lines(study):
         print(line, file=sys.stderr)
     return study
+
+
+def read_with_notice(bag: str) -> StudyRecord:
+    """Read the study of a bag; its faults are the caller's to tell.
+
+    Raises:
+        InputError: no bag, or not one of a mobo study.
+    """
+    from mobo_core.bag.collector import read_study
+
+    with notice(f"reading {bag}"):
+        return read_study(bag)
 
 
 def fault_lines(study: StudyRecord) -> list[str]:
@@ -54,12 +67,32 @@ def lock_holder(bag: Path) -> str:
 
 @contextmanager
 def notice(text: str) -> Iterator[None]:
-    """Show what is going on, on a terminal's standard error, until it is done."""
+    """Show what is going on, on standard error: on a terminal until it is done, elsewhere a line if it takes long."""
     if not sys.stderr.isatty():
-        yield
+        late = threading.Timer(progress.FIRST_S, print, (f"{text} …",), {"file": sys.stderr, "flush": True})
+        late.daemon = True
+        late.start()
+        try:
+            yield
+        finally:
+            late.cancel()
         return
     from rich.console import Console
     from rich.text import Text
 
     with Console(stderr=True).status(Text(text)):
         yield
+
+
+def candidate_argument(study: StudyRecord, trial: int) -> Candidate:
+    """Return the first candidate of a trial that ``--trial`` names.
+
+    Raises:
+        InputError: the bag has none.
+    """
+    candidate = study.candidate_of(trial)
+    if candidate is None:
+        sent = [int(candidate.trial) for candidate in study.candidates]
+        known = f"one of trials {min(sent)} to {max(sent)}" if sent else "a bag with candidates"
+        raise InputError(f"no candidate of trial {trial} in {study.path}", where="--trial", expected=known)
+    return candidate

@@ -7,6 +7,7 @@ import os
 import sys
 
 from mobo_core.commands.parsing import Verbs
+from mobo_core.commands.reading import read_with_notice
 from mobo_core.errors import InputError
 
 _MOST_SHOWN = 20
@@ -30,7 +31,6 @@ def add(verbs: Verbs) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Verify and print what differs."""
-    from mobo_core.bag.collector import read_study
     from mobo_core.commands.progress import bar
     from mobo_core.evaluation.kernel.load import kernel
     from mobo_core.verify.verify import verify
@@ -39,7 +39,7 @@ def run(args: argparse.Namespace) -> int:
         value = getattr(args, name)
         if value is not None and value < least:
             raise InputError(str(value), where=f"--{name}", expected=f"a whole number from {least} up")
-    study = read_study(args.bag)
+    study = read_with_notice(args.bag)
     kernel(study.settings.space.n_joints)  # before the workers: one compiles, not each
     with bar("verifying") as progress:
         found = verify(study, sample=args.sample, workers=args.workers, progress=progress)

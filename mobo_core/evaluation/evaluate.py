@@ -15,6 +15,7 @@ from mobo_core.evaluation.audit import Audit
 from mobo_core.evaluation.batch import Batch
 from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
 from mobo_core.evaluation.engines import DRAWN, kernel_call, reference_call
+from mobo_core.evaluation.joint_torque import JointTorques
 from mobo_core.evaluation.kernel.arguments import Outputs
 from mobo_core.evaluation.objectives import OBJECTIVES, Accumulator
 from mobo_core.evaluation.result import Configurations, Engine, Result
@@ -36,6 +37,7 @@ def evaluate(
     objectives: Sequence[str] = (),
     audit_poses: int = 0,
     audit_number: int = 0,
+    joint_torques: bool = False,
     configurations: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Result:
@@ -53,6 +55,7 @@ def evaluate(
         objectives: names of the objectives wanted in ``Result.extra``; reach and torque are always there.
         audit_poses: number of accepted poses to check again.
         audit_number: chooses them; the trial's number, so that trials differ.
+        joint_torques: whether to return what each joint has to hold.
         configurations: whether to return the accepted configurations.
         progress: called with (voxels done, voxels in all).
 
@@ -73,6 +76,7 @@ def evaluate(
     counts = np.zeros((n_voxels, 4), np.int64)
     mean, deviation = np.zeros(n_voxels), np.zeros(n_voxels)
     kept: list[Configurations] = []
+    held = JointTorques(chain.joint_names) if joint_torques else None
     audit = Audit(chain, spec, audit_poses, audit_number)
     gravity = np.array(spec.gravity)
     effort = np.zeros(2, np.int64)
@@ -86,7 +90,7 @@ def evaluate(
             outcome = out.outcome[voxel - first]
             counts[voxel] = [np.count_nonzero(outcome == reason) for reason in range(4)]
             mean[voxel], deviation[voxel] = _mean_and_deviation(out.torque[voxel - first][outcome == 0])
-        if configurations or audit_poses or values:
+        if configurations or audit_poses or values or held:
             found = _accepted(out, first)
             if configurations:
                 kept.append(found)
@@ -94,6 +98,8 @@ def evaluate(
             batch = Batch(chain, gravity, found.voxel, found.pose, found.q, found.torque)
             for value in values.values():
                 value.add(batch)
+            if held:
+                held.add(batch)
         if progress:
             progress(last, n_voxels)
     voxel_reach = counts[:, 0] / poses
@@ -118,6 +124,7 @@ def evaluate(
         audit_fault=fault,
         ignored_shapes=chain.ignored_shapes,
         extra={name: _finite(name, value) for name, value in values.items()},
+        joint_torques=held.value() if held else None,
         configurations=_joined(kept, chain.n) if configurations else None,
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
@@ -13,6 +14,8 @@ from mobo_core.frames import data_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from mobo_core.evaluation.joint_torque import JointTorque
 
 Engine = Literal["kernel", "reference"]
 
@@ -70,6 +73,7 @@ class Result:
         audit_fault: what failed, if a check did.
         ignored_shapes: collision shapes that were neither cylinder nor sphere.
         extra: values of the objectives asked for beyond reach and torque, by name.
+        joint_torques: what each joint has to hold, if asked for.
         configurations: the accepted configurations, if asked for.
     """
 
@@ -92,7 +96,14 @@ class Result:
     audit_fault: str = ""
     ignored_shapes: int = 0
     extra: dict[str, float] = field(default_factory=dict)
+    joint_torques: tuple[JointTorque, ...] | None = None
     configurations: Configurations | None = None
+
+    @property
+    def mean_torque(self) -> float:
+        """N m, mean over the voxels with a pose reached of their voxel_torque; NaN if there is none."""
+        means = self.voxel_torque[self.voxel_reach > 0].tolist()
+        return math.fsum(means) / len(means) if means else math.nan
 
     def __repr__(self) -> str:
         """Return scores and chain in one line."""
@@ -107,6 +118,7 @@ class Result:
         values: dict[str, object] = {
             "reach": self.reach,
             "torque": self.torque,
+            "mean_torque": None if math.isnan(self.mean_torque) else self.mean_torque,
             "voxel_reach": self.voxel_reach.tolist(),
             "voxel_torque": self.voxel_torque.tolist(),
             "failures": self.failures(),
@@ -116,6 +128,8 @@ class Result:
             "tip": self.tip,
             "joints": list(self.joints),
         }
+        if self.joint_torques is not None:
+            values["joint_torque"] = [joint.to_dict() for joint in self.joint_torques]
         return values | ({"extra": dict(self.extra)} if self.extra else {})
 
     def failures(self) -> dict[str, int]:

@@ -6,6 +6,7 @@ from rich.box import Box
 from rich.table import Table
 from rich.text import Text
 
+from mobo_core.report.lengths import lengths_text
 from mobo_core.report.prefixes import Group
 from mobo_core.report.row import Row
 from mobo_core.report.table import StudyTable
@@ -61,7 +62,7 @@ def prefix_table(groups: list[Group], n_voxels: int) -> Table:
 
 
 def _cells(row: Row) -> list[Text]:
-    lengths = " ".join(f"{length:.3f}" for length in row.lengths)
+    lengths = lengths_text(row.lengths)
     further = [f"{value:.4g}" for _, value in row.extra]
     known = ", ".join(row.known_as)
     values = (str(row.trial), row.joints, f"{row.reach:.2f}", f"{row.torque:.1f}", *further, lengths, known)

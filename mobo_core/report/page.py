@@ -10,6 +10,7 @@ from mobo_core.bag.record import StudyRecord
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.report import markup
 from mobo_core.report.figures.render import Rendered
+from mobo_core.report.lengths import lengths_text
 from mobo_core.report.prefixes import PAPER_COLOURS, Group, found
 from mobo_core.report.row import Row
 from mobo_core.report.table import StudyTable
@@ -128,7 +129,9 @@ def _front(table: StudyTable) -> str:
     classes = ["" if i < useful else "low line" if i == useful and useful else "low" for i in range(len(rows))]
     note = (
         f'<p class="note">An arm that reaches nothing takes no torque, so the raw front runs down to zero reach. '
-        f"Grey: below the reach floor of a tenth of the voxels ({table.floor:g}).</p>"
+        f"Grey: below the reach floor of a tenth of the voxels ({table.floor:g}). Lengths are rounded so that they "
+        "still add up, and <code>mobo evaluate --joints … --lengths …</code> takes them as they stand; "
+        "<code>mobo evaluate BAG --trial N</code> evaluates the very arm.</p>"
     )
     return markup.table(head, rows, right=numbers, classes=classes) + note
 
@@ -139,7 +142,7 @@ def _cells(row: Row) -> list[str]:
         row.joints,
         f"{row.reach:.2f}",
         f"{row.torque:.1f}",
-        " ".join(f"{x:.3f}" for x in row.lengths),
+        lengths_text(row.lengths),
     ]
 
 
