@@ -13,7 +13,7 @@ export PYTHON TRIALS WARM
 # Tests stay on this machine, and leave nothing in /dev/shm when they kill a node.
 TEST_ENV := ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST FASTDDS_BUILTIN_TRANSPORTS=UDPv4
 
-.PHONY: help setup check test test-faults coverage demo lint build clean
+.PHONY: help setup check test test-faults coverage docs demo lint build clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -37,6 +37,9 @@ coverage: ## lines of mobo_core that the tests of `make check` run, by room (aft
 	@$(TEST_ENV) .ci/in-env pytest -q -m "not ros and not slow" --cov=mobo_core --cov-report= $(PYTEST_ARGS)
 	@.venv/bin/python .ci/coverage_by_room.py
 
+docs: ## API reference of mobo_core into build/docs/, without warnings (after setup)
+	@.venv/bin/python .ci/docs.py
+
 demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, and a report of it
 	@.ci/demo.sh
 
@@ -49,5 +52,5 @@ build: ## build the messages and nodes into install/ anew
 	@.ci/setup.sh build
 
 clean: ## remove all that setup made; bags stay
-	rm -rf .venv build install log .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf .venv build install log .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis .coverage
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -7,7 +7,7 @@ import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -34,7 +34,7 @@ class Settings(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=False)
 
     @classmethod
-    def of(cls, values: Any, where: str = "") -> Self:
+    def of(cls, values: object, where: str = "") -> Self:
         """Check ``values`` (a mapping) and build the settings.
 
         Raises:
@@ -68,7 +68,7 @@ class Settings(BaseModel):
             raise InputError(f"not YAML ({_short(str(error))})", where=str(path), expected="YAML") from None
         return cls.of({} if values is None else values, where=str(path))
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, object]:
         """Return plain values (numbers, strings, lists), fit for JSON and YAML."""
         return self.model_dump(mode="json")
 

@@ -16,7 +16,7 @@ from mobo_core.design import JOINTS
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.registry import Registry
 from mobo_core.report.figures.registry import FIGURES
-from mobo_core.search.samplers import contract
+from mobo_core.search import contract
 from mobo_core.search.samplers.registry import SAMPLERS
 
 ROOT = Path(__file__).parents[1]

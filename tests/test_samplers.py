@@ -12,7 +12,7 @@ from studies import mobo, run_study
 from mobo_core.coordination.options import OptimizerOptions, StudyOptions
 from mobo_core.coordination.parameters import parameters
 from mobo_core.errors import InputError
-from mobo_core.search.samplers import contract
+from mobo_core.search import contract
 from mobo_core.search.samplers.registry import SAMPLERS
 from mobo_core.search.study import StudySettings
 

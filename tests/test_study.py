@@ -15,8 +15,8 @@ import pytest
 from mobo_core.design import Design, DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec
-from mobo_core.search.samplers import contract
-from mobo_core.search.samplers.contract import TRIALS, go_on, resumed, run, score, tell_next, value_of
+from mobo_core.search import contract
+from mobo_core.search.contract import TRIALS, go_on, resumed, run, score, tell_next, value_of
 from mobo_core.search.samplers.parzen import paper_gamma, tenth
 from mobo_core.search.samplers.registry import SAMPLERS
 from mobo_core.search.samplers.sampler import trial_seed

@@ -7,7 +7,7 @@ import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any
 
 import zstandard
 from mcap import records
@@ -27,7 +27,8 @@ _HEAD = struct.Struct("<BQ")
 _FOOTER_BYTES, _AFTER_CRC_BYTES = _HEAD.size + 8 + 8 + 4 + 8, 4 + 8
 
 
-class Entry(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Entry:
     """One message of a bag.
 
     Attributes:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from typing import NoReturn, TypeAlias
+from typing import TYPE_CHECKING, NoReturn
 
 
 class Parser(argparse.ArgumentParser):
@@ -32,4 +32,7 @@ class Parser(argparse.ArgumentParser):
 
 
 # To which a module of a verb adds its parser.
-Verbs: TypeAlias = "argparse._SubParsersAction[Parser]"
+if TYPE_CHECKING:
+    Verbs = argparse._SubParsersAction[Parser]
+else:  # generic for the type checker alone
+    Verbs = argparse._SubParsersAction

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 from shutil import disk_usage
-from typing import NamedTuple
 
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.optimizer import Optimizer
@@ -26,7 +26,8 @@ class Level(IntEnum):
     ERROR = 2
 
 
-class Health(NamedTuple):
+@dataclass(frozen=True)
+class Health:
     """A level, the reason for it, and figures by name, units in the names."""
 
     level: Level

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated
 
 import optuna
 from optuna.trial import TrialState
@@ -71,11 +71,11 @@ class StudySettings(Settings):
         """What the study wants of its objectives."""
         return aims_of(self.objectives, self.spec)
 
-    def first_difference(self, other: StudySettings) -> tuple[str, Any, Any] | None:
+    def first_difference(self, other: StudySettings) -> tuple[str, object, object] | None:
         """Return (name, own value, other's value) of the first setting that differs, or None."""
 
-        def flat(values: dict[str, Any], prefix: str = "") -> dict[str, Any]:
-            out: dict[str, Any] = {}
+        def flat(values: dict[str, object], prefix: str = "") -> dict[str, object]:
+            out: dict[str, object] = {}
             for name, value in values.items():
                 out |= flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
             return out
@@ -88,7 +88,7 @@ class StudySettings(Settings):
 
 
 # A sampler's own parameters, by name: what it drew, and what a bag holds of it as JSON.
-Params = dict[str, Any]
+Params = dict[str, str | float]
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections import deque
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from optuna import Study
@@ -62,7 +62,7 @@ class ComoSampler(BaseSampler):
             seed=seed,
         )
         # By trial number, until the trial is told: a solution and its parameters.
-        self._drawn: dict[int, tuple[COMOCatCMAwM.Solution, dict[str, Any]]] = {}
+        self._drawn: dict[int, tuple[COMOCatCMAwM.Solution, dict[str, object]]] = {}
         self._again: deque[COMOCatCMAwM.Solution] = deque()
         self.reseed(seed)
 
@@ -76,7 +76,7 @@ class ComoSampler(BaseSampler):
 
     def sample_relative(
         self, study: Study, trial: FrozenTrial, search_space: dict[str, BaseDistribution]
-    ) -> dict[str, Any]:
+    ) -> dict[str, object]:
         """Return nothing: all is drawn in :meth:`before_trial`."""
         return {}
 
@@ -92,7 +92,7 @@ class ComoSampler(BaseSampler):
 
     def sample_independent(
         self, study: Study, trial: FrozenTrial, param_name: str, param_distribution: BaseDistribution
-    ) -> Any:
+    ) -> object:
         """Return the parameter of the solution drawn, or a random one."""
         if trial.number in self._drawn:
             return self._drawn[trial.number][1][param_name]
@@ -111,7 +111,7 @@ class ComoSampler(BaseSampler):
             warnings.filterwarnings("ignore", "Mean of empty slice", RuntimeWarning)
             self._optimizer.tell((solution, self._reference if values is None else values / self._scale))
 
-    def _params(self, solution: COMOCatCMAwM.Solution) -> dict[str, Any]:
+    def _params(self, solution: COMOCatCMAwM.Solution) -> dict[str, object]:
         """Return the solution as the sampler's parameters of :meth:`DesignSpace.suggest`."""
         types = [0] * self._n_joints if solution.c is None else np.argmax(solution.c, axis=1)
         # The mean of a kernel, which is asked too, may lie outside the bounds.

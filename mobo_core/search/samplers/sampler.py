@@ -52,7 +52,7 @@ class Sampler:
 
     The parameters it draws are those of :meth:`DesignSpace.suggest`, the values it is told those of the study's
     objectives, in their order and directions. What it draws may depend on the task, the trial's number, and the
-    trials of the Optuna study it is given, and on nothing else; :mod:`mobo_core.search.samplers.contract` tries that.
+    trials of the Optuna study it is given, and on nothing else; :mod:`mobo_core.search.contract` tries that.
 
     Attributes:
         name: in settings.

@@ -7,8 +7,6 @@ at the parameter's bounds (Bergstra et al. 2011; for several parameters at once,
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mobo_core.jit.functions import (
@@ -173,6 +171,6 @@ def log_density(
         f = factor[i]
         for p in range(points):
             total[p] += f * exp2(e[p])
-    root: Any = 2.5066282746310002  # of 2 pi
+    root = 2.5066282746310002  # of 2 pi
     for p in range(points):
         out[p] = log(total[p]) - reals * log(root)

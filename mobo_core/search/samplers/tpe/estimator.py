@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution
 
 from mobo_core.jit.functions import CENTRAL, TAIL
 from mobo_core.search.samplers.tpe import density
 
+Floats = NDArray[np.float64]
 Bandwidth = Literal["scott", "neighbours"]
 
 PRIOR_WEIGHT = 1.0
@@ -27,22 +29,23 @@ class Space:
     """Parameters in the order in which random numbers go to them: categorical ones, then real ones.
 
     Args:
-        space: distributions by name.
+        space: distributions by name, :func:`supported`.
     """
 
     def __init__(self, space: dict[str, BaseDistribution]) -> None:
         self.distributions = space
-        self.categorical = [name for name, d in space.items() if isinstance(d, CategoricalDistribution)]
-        self.real = [name for name in space if name not in self.categorical]
-        self.choices = np.array([len(space[name].choices) for name in self.categorical], np.int64)  # type: ignore[attr-defined]
-        self.low: Any = np.array([space[name].low for name in self.real], np.float64)  # type: ignore[attr-defined]
-        self.high: Any = np.array([space[name].high for name in self.real], np.float64)  # type: ignore[attr-defined]
+        categorical = {name: d for name, d in space.items() if isinstance(d, CategoricalDistribution)}
+        real = {name: d for name, d in space.items() if isinstance(d, FloatDistribution)}
+        self.categorical, self.real = list(categorical), list(real)
+        self.choices = np.array([len(d.choices) for d in categorical.values()], np.int64)
+        self.low = np.array([d.low for d in real.values()], np.float64)
+        self.high = np.array([d.high for d in real.values()], np.float64)
 
     def __len__(self) -> int:
         """Return the number of parameters."""
         return len(self.distributions)
 
-    def external(self, x: Any, c: Any, point: int) -> dict[str, Any]:
+    def external(self, x: Floats, c: Floats, point: int) -> dict[str, object]:
         """Return one drawn point as Optuna's parameters."""
         values = {name: float(c[i, point]) for i, name in enumerate(self.categorical)}
         values |= {name: float(x[i, point]) for i, name in enumerate(self.real)}
@@ -61,7 +64,7 @@ class Estimator:
             trial the wider gap to the next values.
     """
 
-    def __init__(self, space: Space, codes: Any, mu: Any, weight: Any, bandwidth: Bandwidth) -> None:
+    def __init__(self, space: Space, codes: Floats, mu: Floats, weight: Floats, bandwidth: Bandwidth) -> None:
         self._space, self._codes, self._mu = space, codes, mu
         n = len(weight)
         self._weight = np.append(weight, PRIOR_WEIGHT) if n else np.ones(1)
@@ -82,7 +85,7 @@ class Estimator:
             self._inverse, self._scaled, self._factor, self._offset,
         )  # fmt: skip
 
-    def draw(self, u: Any) -> tuple[Any, Any]:
+    def draw(self, u: Floats) -> tuple[Floats, Floats]:
         """Return points as (real values, choices), shapes (parameters of the kind, points).
 
         ``u`` holds uniform numbers, shape (1 + parameters, points).
@@ -95,7 +98,7 @@ class Estimator:
         )  # fmt: skip
         return x, c
 
-    def log_density(self, x: Any, c: Any) -> Any:
+    def log_density(self, x: Floats, c: Floats) -> Floats:
         """Return the log density at points, which are given as :meth:`draw` returns them."""
         out = np.empty(x.shape[1])
         density.log_density(

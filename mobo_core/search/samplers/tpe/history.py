@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import NDArray
 from optuna import Study
 from optuna.distributions import BaseDistribution
 from optuna.study import StudyDirection
@@ -86,19 +85,19 @@ class History:
                 self._state[number] = _PENDING
                 self._open[number] = (trial_id, len(trial.params))
 
-    def rows(self, *, pending: bool) -> Any:
+    def rows(self, *, pending: bool) -> NDArray[np.int64]:
         """Return the numbers of the complete trials, and of the pending ones if asked for, in ascending order."""
         state = self._state[: self._next]
         return np.flatnonzero(state != _NONE if pending else state == _TOLD)
 
-    def gathered(self, rows: Any, names: list[str]) -> Any:
+    def gathered(self, rows: NDArray[np.int64], names: list[str]) -> NDArray[np.float64]:
         """Return the values of some parameters for some trials, shape (rows + 1, names): the last row is free."""
         out = np.empty((len(rows) + 1, len(names)))
         if len(rows):
             gather(self.values, rows, np.array([self.columns[name] for name in names], np.int64), out)
         return out
 
-    def with_all(self, rows: Any, names: list[str]) -> Any:
+    def with_all(self, rows: NDArray[np.int64], names: list[str]) -> NDArray[np.int64]:
         """Return those of some trials that have all of some parameters."""
         if any(name not in self.columns for name in names):
             return rows[:0]

@@ -8,8 +8,6 @@ Losses are to be minimised. Lists of trials are sorted by (first loss, second lo
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from mobo_core.search.samplers.tpe import compiled
@@ -37,7 +35,7 @@ def insert_sorted(order: np.ndarray, count: int, loss: np.ndarray, trial: int) -
 
 
 @compiled
-def _reference(worst: float) -> Any:
+def _reference(worst: float) -> float:
     point = max(1.1 * worst, 0.9 * worst)
     return point if point != 0.0 else EPS
 

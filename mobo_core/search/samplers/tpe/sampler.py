@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import optuna
+from numpy.typing import NDArray
 from optuna import Study
 from optuna.distributions import BaseDistribution
 from optuna.samplers import RandomSampler, TPESampler
 from optuna.samplers._lazy_random_state import LazyRandomState
 from optuna.trial import FrozenTrial
 
-from mobo_core.search.samplers.tpe.estimator import Bandwidth, Estimator, Space, supported
+from mobo_core.search.samplers.tpe.estimator import Bandwidth, Estimator, Floats, Space, supported
 from mobo_core.search.samplers.tpe.history import History
 from mobo_core.search.samplers.tpe.ranking import good_trials, hypervolume_weights
 
 GoodWeights = Literal["hypervolume", "equal"]
+# Numbers of the good trials, weights by trial number, numbers of the other trials.
+_Parts = tuple[NDArray[np.int64], Floats, NDArray[np.int64]]
 
 
-def recent(n: int) -> Any:
+def recent(n: int) -> Floats:
     """Return the weights of ``n`` trials in the order of their numbers: the last 25 count in full, the first least.
 
     Optuna's default for the trials that are not good.
@@ -65,7 +68,7 @@ class FastTPESampler(TPESampler):
         n_startup_trials: int = 100,
         n_ei_candidates: int = 24,
         gamma: Callable[[int], int],
-        weights: Callable[[int], Any] = recent,
+        weights: Callable[[int], Floats] = recent,
         multivariate: bool = True,
         constant_liar: bool = True,
         good_weights: GoodWeights = "hypervolume",
@@ -90,7 +93,7 @@ class FastTPESampler(TPESampler):
         self._bandwidth: Bandwidth = bandwidth if multivariate else "neighbours"
         self._history = History()
         # The history's changes, and what :meth:`_split` made of them.
-        self._split_at: tuple[int, tuple[Any, Any, Any]] = (-1, (None, None, None))
+        self._split_at: tuple[int, _Parts] = (-1, (np.empty(0, np.int64), np.empty(0), np.empty(0, np.int64)))
 
     def reseed(self, seed: int) -> None:
         """Begin a new random stream."""
@@ -105,7 +108,7 @@ class FastTPESampler(TPESampler):
 
     def sample_relative(
         self, study: Study, trial: FrozenTrial, search_space: dict[str, BaseDistribution]
-    ) -> dict[str, Any]:
+    ) -> dict[str, object]:
         """Draw the parameters of ``search_space`` jointly; none during start-up."""
         if not self._knows(study, trial) or not supported(search_space):
             return super().sample_relative(study, trial, search_space)
@@ -115,7 +118,7 @@ class FastTPESampler(TPESampler):
 
     def sample_independent(
         self, study: Study, trial: FrozenTrial, param_name: str, param_distribution: BaseDistribution
-    ) -> Any:
+    ) -> object:
         """Draw one parameter by itself."""
         space = {param_name: param_distribution}
         if not self._knows(study, trial) or not supported(space):
@@ -132,7 +135,7 @@ class FastTPESampler(TPESampler):
         good, others = self._history.with_all(good, names), self._history.with_all(others, names)
         return self._estimator(space, good, weight[good]), self._estimator(space, others, self._weights(len(others)))
 
-    def _split(self) -> tuple[Any, Any, Any]:
+    def _split(self) -> _Parts:
         """Return the numbers of the good trials, weights by trial number, and the numbers of the other trials."""
         history = self._history
         if self._split_at[0] != history.changes:
@@ -146,11 +149,11 @@ class FastTPESampler(TPESampler):
             self._split_at = (history.changes, (np.flatnonzero(is_good), weight, others))
         return self._split_at[1]
 
-    def _estimator(self, space: Space, rows: Any, weight: Any) -> Estimator:
+    def _estimator(self, space: Space, rows: NDArray[np.int64], weight: Floats) -> Estimator:
         codes, mu = self._history.gathered(rows, space.categorical), self._history.gathered(rows, space.real)
         return Estimator(space, codes, mu, weight, self._bandwidth)
 
-    def _best(self, search_space: dict[str, BaseDistribution]) -> dict[str, Any]:
+    def _best(self, search_space: dict[str, BaseDistribution]) -> dict[str, object]:
         good, others = self.estimators(search_space)
         space = Space(search_space)
         x, c = good.draw(self._rng.rng.random_sample((1 + len(space), self._n_ei_candidates)))

@@ -135,7 +135,7 @@ def check_parameters(settings: StudySettings) -> None:
                 assert asked.params[name] in distribution.choices
             else:
                 assert isinstance(distribution, FloatDistribution)
-                assert distribution.low <= asked.params[name] <= distribution.high
+                assert distribution.low <= float(asked.params[name]) <= distribution.high
 
 
 def check_seed(settings: StudySettings) -> None:
