@@ -20,7 +20,7 @@ def bag_info(study: StudyRecord) -> dict[str, Any]:
     """
     told = list(study.trials.values())
     complete = sum(trial.state == Trial.COMPLETE for trial in told)
-    sent = {int(candidate.trial) for candidate in study.candidates}
+    sent = {candidate.trial for candidate in study.candidates}
     files = [_file(content) for content in study.contents]
     size = sum(file["bytes"] for file in files)
     begun = sum(status.state == StudyStatus.RUNNING for status in _statuses(study))
@@ -40,7 +40,7 @@ def bag_info(study: StudyRecord) -> dict[str, Any]:
             "told_twice": sorted(set(study.repeated)),
         },
         "answers": {"recorded": len(study.evaluations), "used": sum(bool(trial.evaluator) for trial in told)},
-        "resent": sum(int(candidate.attempt) > 1 for candidate in study.candidates),
+        "resent": sum(candidate.attempt > 1 for candidate in study.candidates),
         "evaluators": _evaluators(study),
         "sessions": begun or sum(bool(content.entries) for content in study.contents),
         "seconds": sum(file["seconds"] for file in files),
@@ -82,7 +82,7 @@ def _evaluators(study: StudyRecord) -> list[dict[str, Any]]:
             "accepted": accepted[name],
             "share": accepted[name] / total if total else 0.0,
             "lost": lost[name],
-            "workers": int(joined[name].workers) if name in joined else None,
+            "workers": joined[name].workers if name in joined else None,
             "engine": joined[name].engine if name in joined else None,
             "host": joined[name].host_id if name in joined else None,
         }

@@ -7,7 +7,7 @@ import json
 import os
 import socket
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from mobo_core.errors import InUseError
 
@@ -59,7 +59,7 @@ class BagLock:
 def holder_name(text: str) -> str:
     """Return who a lock file names."""
     try:
-        who: dict[str, Any] = json.loads(text)
+        who: dict[str, object] = json.loads(text)
         return f"{who['node']} on {who['host']}, pid {who['pid']}"
     except (ValueError, KeyError, TypeError):
         return "another process"

@@ -144,7 +144,7 @@ class StudyRecord:
         if not hasattr(self, "_first"):
             self._first: dict[int, Candidate] = {}
             for candidate in self.candidates:
-                self._first.setdefault(int(candidate.trial), candidate)
+                self._first.setdefault(candidate.trial, candidate)
         return self._first
 
     def accepted(self, trial: int) -> Evaluation | None:
@@ -152,14 +152,14 @@ class StudyRecord:
         told = self.trials.get(trial)
         if told is None or told.state != Trial.COMPLETE:
             return None
-        return self._good_answers().get((trial, int(told.attempt), told.evaluator))
+        return self._good_answers().get((trial, told.attempt, told.evaluator))
 
     def _good_answers(self) -> dict[tuple[int, int, str], Evaluation]:
         if not hasattr(self, "_good"):
             self._good: dict[tuple[int, int, str], Evaluation] = {}
             for evaluation in self.evaluations:
                 if is_good(evaluation, self.settings):
-                    key = (int(evaluation.trial), int(evaluation.attempt), evaluation.evaluator)
+                    key = (evaluation.trial, evaluation.attempt, evaluation.evaluator)
                     self._good.setdefault(key, evaluation)
         return self._good
 

@@ -132,7 +132,7 @@ class Answering:
             threads=self.threads,
             objectives=extra,
             audit_poses=AUDIT_POSES,
-            audit_number=int(candidate.trial),
+            audit_number=candidate.trial,
         )
 
 

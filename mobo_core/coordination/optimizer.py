@@ -118,7 +118,7 @@ class Optimizer:
                 for study, trial, attempt in zip(status.studies, status.trials, status.attempts, strict=True)
                 if study == self._bag.name
             ]
-            if self._dispatcher.heard(name, int(status.workers), holds, now):
+            if self._dispatcher.heard(name, status.workers, holds, now):
                 self._record_evaluator(status, EvaluatorStatus.JOINED)
                 self._log(f"{name} joined: {status.workers} workers, {status.engine}, mobo {status.mobo_version}")
         self.tick(now)
@@ -132,7 +132,7 @@ class Optimizer:
             self.answers_unused += 1
             self._warn(f"answer ignored: {error}")
             return
-        trial = int(evaluation.trial)
+        trial = evaluation.trial
         if evaluation.study != self._bag.name or trial >= len(self.study.asked):
             self.answers_unused += 1
             self._warn(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
@@ -212,9 +212,9 @@ class Optimizer:
         sent: dict[int, set[Dispatch]] = {}
         params: dict[int, str] = {}
         for candidate in past.candidates:
-            trial = int(candidate.trial)
+            trial = candidate.trial
             if trial not in past.trials:
-                sent.setdefault(trial, set()).add(Dispatch(trial, int(candidate.attempt), candidate.evaluator))
+                sent.setdefault(trial, set()).add(Dispatch(trial, candidate.attempt, candidate.evaluator))
             params.setdefault(trial, candidate.params_json)
         for number in range(len(params)):
             if number not in params:
@@ -230,7 +230,7 @@ class Optimizer:
         for number in range(len(self.study.told), len(params)):
             self._open(self.study.asked[number], sent.get(number))
         for evaluation in past.evaluations:
-            if int(evaluation.trial) >= len(self.study.told):
+            if evaluation.trial >= len(self.study.told):
                 self._judge(evaluation, 0.0)  # no lease of that time is left to measure
         self.best = past.best
         self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {len(self._answers)} answered")
@@ -289,7 +289,7 @@ class Optimizer:
         return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
 
     def _answer(self, evaluation: Evaluation, failure: str) -> None:
-        self._answers[int(evaluation.trial)] = Trial(
+        self._answers[evaluation.trial] = Trial(
             study=self._bag.name,
             trial=evaluation.trial,
             state=Trial.FAIL if failure else Trial.COMPLETE,
@@ -302,7 +302,7 @@ class Optimizer:
             reason=failure[:2000],
         )
         if not failure:
-            self._evaluations[int(evaluation.trial)] = evaluation
+            self._evaluations[evaluation.trial] = evaluation
 
     def _time_out(self, dispatch: Dispatch, now: float) -> None:
         """Record that an evaluator took too long as the FAILED answer it comes to, so that resume judges it too."""

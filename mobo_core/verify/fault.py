@@ -1,0 +1,22 @@
+"""What is found to be wrong."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Fault(NamedTuple):
+    """Something in a bag that is not as it must be.
+
+    Attributes:
+        trial: its number, or -1 if no single one is at fault.
+        field: what of it.
+        text: what was found and what it should be.
+    """
+
+    trial: int
+    field: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"trial {self.trial}, {self.field}: {self.text}" if self.trial >= 0 else f"{self.field}: {self.text}"
