@@ -241,7 +241,8 @@ def test_defaults_are_the_papers_experiment() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("joints: 6", ("unknown field 'joints'", "n_joints")),
+        ("arms: 6", ("unknown field 'arms'", "n_joints")),
+        ("joints: 6", ("joints = 6", "a list of letters joint by joint", "n_joints")),
         ("n_joints: six", ("n_joints = 'six'", "integer")),
         ("n_joints: 0", ("n_joints = 0", "greater than or equal to 1")),
         ("n_joints: 5000", ("n_joints = 5000", "12")),

@@ -43,7 +43,7 @@ def test_bad_yaml(tmp_path: Path, text: str, words: str) -> None:
 
 def test_unknown_fields_within() -> None:
     """An unknown field of settings within settings is answered with the names that are known there."""
-    with pytest.raises(InputError, match=r"unknown field 'space\.joints'; expected one of n_joints, joint_types"):
-        StudySettings.of({"space": {"joints": 6}})
+    with pytest.raises(InputError, match=r"unknown field 'space\.arms'; expected one of n_joints, joint_types"):
+        StudySettings.of({"space": {"arms": 6}})
     with pytest.raises(InputError, match="unknown field 'joints'; expected one of space, spec, objectives, sampler"):
         StudySettings.of({"joints": 6})

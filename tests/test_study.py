@@ -271,7 +271,7 @@ def test_settings_survive_json() -> None:
         ({"space": {"n_joints": 0}}, ("space.n_joints = 0",)),
         ({"spec": {"voxel_size": 0}}, ("spec.voxel_size = 0",)),
         ({"trials": 100}, ("unknown field 'trials'",)),
-        ({"space": {"joints": 6}}, ("unknown field 'space.joints'",)),
+        ({"space": {"arms": 6}}, ("unknown field 'space.arms'",)),
     ],
 )
 def test_bad_settings(values: dict[str, Any], words: tuple[str, ...]) -> None:

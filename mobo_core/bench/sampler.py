@@ -124,7 +124,7 @@ def _fill(study: optuna.Study, space: DesignSpace, n: int) -> None:
     for _ in range(n - len(study.trials)):
         letters = [space.joint_types[rng.randint(len(space.joint_types))] for _ in range(space.n_joints)]
         params: dict[str, str | float] = {f"J{i + 1}": letter for i, letter in enumerate(letters)}
-        rest = space.total_length
+        rest = space.total_ends[1]
         for i in range(space.n_joints - 1):
             share = rng.random_sample()
             longest = min(space.max_length, max(0.0, rest))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from mobo_core.design import Design, DesignSpace, to_urdf
+from mobo_core.design import SPACES, Design, DesignSpace, load_space, to_urdf
 from mobo_core.design.joints import joint_letters
 from mobo_core.errors import InputError
 
@@ -14,14 +14,13 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--joints", help=f"joint order in {joint_letters()}, such as YPPYPY")
     parser.add_argument("--lengths", help="link lengths in m, comma-separated, one a joint")
     parser.add_argument("--total", type=float, help="m, what the lengths must add up to [the space's: 0.6]")
-    parser.add_argument("--space", help="YAML file of the DesignSpace: masses, radius, limits")
+    parser.add_argument("--space", help=f"preset ({', '.join(SPACES)}) or YAML file: masses, radius, limits [paper]")
 
 
 def design_space(args: argparse.Namespace, n_joints: int) -> DesignSpace:
     """Return the space that the arguments name, for so many joints."""
-    space = DesignSpace.from_yaml(args.space) if args.space else DesignSpace()
-    total = space.total_length if args.total is None else args.total
-    return DesignSpace.of({**space.to_dict(), "n_joints": n_joints, "total_length": total}, where="space")
+    over = {"n_joints": n_joints} | ({} if args.total is None else {"total_length": args.total})
+    return load_space(args.space, over) if args.space else DesignSpace.of(over, where="space")
 
 
 def parse_lengths(text: str) -> tuple[float, ...]:
@@ -47,7 +46,7 @@ def arm_design(args: argparse.Namespace) -> tuple[Design, DesignSpace]:
     lengths = parse_lengths(args.lengths)
     design = Design(args.joints.upper(), lengths)
     space = design_space(args, len(lengths))
-    design.check_total(space.total_length)
+    space.total_of(design)
     return design, space
 
 

@@ -72,16 +72,17 @@ def run_info(args: argparse.Namespace) -> int:
 
 
 def _print(info: dict[str, Any]) -> None:
+    from mobo_core.design import DesignSpace
+
     settings, trials = info["settings"], info["trials"]
-    space, spec = settings["space"], settings["spec"]
+    space, spec = DesignSpace.of(settings["space"]), settings["spec"]
     writer = info["writer"]
     started = min((file["first_ns"] for file in info["files"] if file["first_ns"] is not None), default=None)
     n_voxels = _voxels(spec)
     a_trial = f", {_size(info['bytes_per_trial'])} a trial" if info["bytes_per_trial"] else ""
     lines = [
         ("study", info["study"] + (f", being written to by {writer}" if writer else "")),
-        ("space", f"{space['n_joints']} joints of {space['joint_types']}, {space['total_length']:g} m, "
-                  f"{space['lengths']}"),
+        ("space", f"{space.n_joints} joints of {space.letters}, {space.total_text} m, {space.lengths}"),
         ("spec", f"{n_voxels} voxels of {spec['voxel_size']:g} m, {spec['poses_per_voxel']} poses each, "
                  f"{spec['ik_mode']} IK, seed {spec['seed']}"),
         ("sampler", f"{settings['sampler']}, seed {settings['seed']}, {settings['n_startup_trials']} start-up trials, "

@@ -13,7 +13,7 @@ from typing import Annotated, Any
 from pydantic import Field, field_validator
 
 from mobo_core.coordination.answer import AnswerEngine
-from mobo_core.design import DesignSpace
+from mobo_core.design import SPACES, DesignSpace, load_space
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec import PRESETS, load_spec
 from mobo_core.search.samplers.registry import SAMPLERS
@@ -38,8 +38,8 @@ class OptimizerOptions(Settings):
     study_name: str = Field("study", description="name of the study")
     n_trials: int = Field(1000, ge=1, le=_MANY, description="trials the bag shall hold in all")
     n_startup_trials: int = _as_in(StudySettings, "n_startup_trials")
-    n_joints: int = _as_in(DesignSpace, "n_joints", "; wins over the space file")
-    space: str = Field("", description="YAML file of the design space; empty: the paper's")
+    n_joints: int = _as_in(DesignSpace, "n_joints", "; wins over the space's")
+    space: str = Field("", description=f"the arms: a preset ({', '.join(SPACES)}) or a YAML file; empty: paper")
     lengths: str = _as_in(DesignSpace, "lengths")
     objectives: Annotated[str, Listed(OBJECTIVES.names)] = Field(
         "reach,torque", description="two or three, comma-separated"
@@ -78,13 +78,14 @@ class OptimizerOptions(Settings):
         """
         given = self.model_fields_set
         usual = SAMPLERS[self.sampler].defaults if self.sampler in SAMPLERS else {}
-        fields = (DesignSpace.from_yaml(self.space) if self.space else DesignSpace()).to_dict()
-        if not self.space:
-            fields |= {name: value for name, value in usual.items() if name in fields}
-        fields |= {name: getattr(self, name) for name in ("n_joints", "lengths") if name in given}
+        over: dict[str, object] = {}
+        if not self.space or self.space in SPACES:
+            over |= {name: value for name, value in usual.items() if name in DesignSpace.model_fields}
+        over |= {name: getattr(self, name) for name in ("n_joints", "lengths") if name in given}
+        space = load_space(self.space, over) if self.space else DesignSpace.of(over, where="space")
         values = {name: getattr(self, name) for name in _OF_STUDY}
         values |= {name: value for name, value in usual.items() if name in values and name not in given}
-        values |= {"space": DesignSpace.of(fields, where="space"), "spec": load_spec(self.spec)}
+        values |= {"space": space, "spec": load_spec(self.spec)}
         return StudySettings.of(values, where="parameters")
 
 

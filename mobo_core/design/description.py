@@ -10,6 +10,7 @@ import xacro
 
 from mobo_core.design.design import Design
 from mobo_core.design.joints import JOINTS, built_types
+from mobo_core.design.numbers import Several, of_joint
 from mobo_core.design.space import DesignSpace
 from mobo_core.errors import StudyError
 from mobo_core.resources import xacro_folder
@@ -29,7 +30,7 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
     """
     offsets = (0.0, *design.lengths)
     calls = [
-        joint_call(joint, i, repr(offset), repr(length))
+        joint_call(space, joint, i, repr(offset), repr(length))
         for i, (joint, offset, length) in enumerate(zip(design.joints, offsets, design.lengths, strict=False), start=1)
     ]
     try:
@@ -42,10 +43,14 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
     return text
 
 
-def joint_call(joint: str, index: int, offset: str, length: str) -> str:
-    """Return the call of the macro of joint number ``index``, from 1; offset and length as xacro reads them."""
+def joint_call(space: DesignSpace, joint: str, index: int, offset: str, length: str) -> str:
+    """Return the call of the macro of joint number ``index``, from 1; offset and length as xacro reads them.
+
+    Before it stand the properties of this joint alone.
+    """
     macro, parent = JOINTS[joint].xacro, _link(index - 1)
-    return f'<xacro:{macro} index="{index}" parent="{parent}" offset="{offset}" length="{length}"/>'
+    own = {name: of_joint(value, index - 1) for name, value in _properties(space).items() if isinstance(value, tuple)}
+    return f'{_set(own)}<xacro:{macro} index="{index}" parent="{parent}" offset="{offset}" length="{length}"/>'
 
 
 def tool_call(index: int, offset: str) -> str:
@@ -64,16 +69,23 @@ def arm_source(name: str, space: DesignSpace, calls: list[str], joints: str = ""
     """
     lines = [f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">']
     lines += [
-        f"<xacro:include filename={quoteattr(str(file))}/>" for file in _macro_files(space.joint_types + joints)
+        f"<xacro:include filename={quoteattr(str(file))}/>" for file in _macro_files(space.letters + joints)
     ]
-    properties = {
+    lines.append(_set({name: of_joint(value, 0) for name, value in _properties(space).items()}))
+    return "\n".join([*lines, "<xacro:base/>", *calls, "</robot>"])
+
+
+def _properties(space: DesignSpace) -> dict[str, Several]:
+    return {
         "limit": space.joint_limit,
         "motor_mass": space.motor_mass,
         "radius": space.link_radius,
         "density": space.link_density,
     }
-    lines += [f'<xacro:property name="{name}" value="{value!r}"/>' for name, value in properties.items()]
-    return "\n".join([*lines, "<xacro:base/>", *calls, "</robot>"])
+
+
+def _set(properties: dict[str, float]) -> str:
+    return "".join(f'<xacro:property name="{name}" value="{value!r}"/>\n' for name, value in properties.items())
 
 
 def _macro_files(letters: str) -> list[Path]:

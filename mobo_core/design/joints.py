@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -96,8 +96,13 @@ def effective_orders(n_joints: int, letters: str) -> Iterator[str]:
 
 def count_orders(n_joints: int, letters: str) -> int:
     """Return how many orders :func:`effective_orders` yields, without going through them."""
+    return count_built([letters] * n_joints)
+
+
+def count_built(places: Sequence[str]) -> int:
+    """Return how many orders can be built if joint by joint one of these letters is drawn."""
     last = Counter({"": 1})  # orders by their last joint
-    for _ in range(n_joints):
+    for letters in places:
         longer: Counter[str] = Counter()
         for before, count in last.items():
             longer.update(dict.fromkeys(_choices(before, letters), count))

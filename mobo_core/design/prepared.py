@@ -214,5 +214,8 @@ class PreparedXacro:
             rest = "" if kind == "tool" else tool_call(index, "0.0")
             return arm_source(_NAME, self._space, [_CUT, call, _CUT, rest])
 
-        call = tool_call(index, open_offset) if kind == "tool" else joint_call(kind, index, open_offset, open_length)
+        if kind == "tool":
+            call = tool_call(index, open_offset)
+        else:
+            call = joint_call(self._space, kind, index, open_offset, open_length)
         return _Way(source, call, inputs)

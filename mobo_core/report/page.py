@@ -47,7 +47,7 @@ def study_page(
     ]
     body = [
         f"<h1>{escape(study.name)}</h1>",
-        f'<p class="sub">Robot arms of {space.n_joints} joints and {space.total_length:g} m, searched for '
+        f'<p class="sub">Robot arms of {space.n_joints} joints and {space.total_text} m, searched for '
         f"{escape(_wanted(settings.objectives))}: {escape(settings.sampler)}, seed {settings.seed}, "
         f"{spec.n_voxels} voxels of {spec.voxel_size:g} m, {spec.poses_per_voxel} poses each.</p>",
         *[f'<p class="bad">{escape(fault)}: the report holds what could be read.</p>' for fault in study.faults],

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+import optuna
 from optuna import Study
-from optuna.distributions import BaseDistribution
+from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution
 from optuna.samplers import BaseSampler, RandomSampler
 from optuna.trial import FrozenTrial, TrialState
 
@@ -24,11 +25,12 @@ if TYPE_CHECKING:
 class ComoSampler(BaseSampler):
     """COMO-CatCMA with margin (arXiv 2504.07884) as the library ``cmaes`` has it, with its ten kernels.
 
-    A kernel is a normal distribution over the fractions u1, u2, ... times a categorical one for each joint; all
-    together follow the Pareto front. They are updated one after the other: a kernel's solutions, about a dozen, are
-    asked, and only when the last of them has its values are there solutions of the next. A trial that comes
-    while there are none is random, and its values are not told to the kernels: with one trial in flight there is no
-    such trial, with k in flight there are k - 1 to each dozen.
+    A kernel is a normal distribution over the fractions u1, u2, ... (and, scaled alike, whatever else the space
+    searches in a range) times a categorical one for each joint that is searched; all together follow the Pareto
+    front. They are updated one after the other: a kernel's solutions, about a dozen, are asked, and only when the
+    last of them has its values are there solutions of the next. A trial that comes while there are none is random,
+    and its values are not told to the kernels: with one trial in flight there is no such trial, with k in flight
+    there are k - 1 to each dozen.
 
     * A solution needs values. One whose trial failed is told the reference point (no reach, and the torque that ends
       the hypervolume's box), which is no better than any arm on the front.
@@ -49,15 +51,16 @@ class ComoSampler(BaseSampler):
     def __init__(self, space: DesignSpace, aims: Aims, seed: int) -> None:
         from cmaes import COMOCatCMAwM  # not at the top: who has another sampler need not wait for it
 
-        self._types = space.joint_types
-        self._n_joints = space.n_joints
+        found = _parameters(space)
+        self._choices = {name: d.choices for name, d in found.items() if isinstance(d, CategoricalDistribution)}
+        self._ranges = {name: (d.low, d.high) for name, d in found.items() if isinstance(d, FloatDistribution)}
         reach, torque = aims
         self._scale = np.array([-reach.bound, torque.bound])
         self._reference = (0.0, 1.0)
-        n_fractions = space.n_joints - 1
+        types = [len(choices) for choices in self._choices.values()]
         self._optimizer = COMOCatCMAwM(
-            x_space=[[0.0, 1.0]] * n_fractions if n_fractions else None,
-            c_space=[len(self._types)] * space.n_joints if len(self._types) > 1 else None,
+            x_space=[[0.0, 1.0]] * len(self._ranges) if self._ranges else None,
+            c_space=types if max(types, default=1) > 1 else None,
             reference_point=self._reference,
             seed=seed,
         )
@@ -113,18 +116,31 @@ class ComoSampler(BaseSampler):
 
     def _params(self, solution: COMOCatCMAwM.Solution) -> dict[str, object]:
         """Return the solution as the sampler's parameters of :meth:`DesignSpace.suggest`."""
-        types = [0] * self._n_joints if solution.c is None else np.argmax(solution.c, axis=1)
+        params: dict[str, object]
+        if solution.c is None:
+            params = {name: choices[0] for name, choices in self._choices.items()}
+        else:
+            # A row for each has as many entries as the joint with the most choices.
+            chosen = [int(np.argmax(row)) for row in solution.c]
+            params = {name: of[i] for i, (name, of) in zip(chosen, self._choices.items(), strict=True)}
         # The mean of a kernel, which is asked too, may lie outside the bounds.
         fractions = [] if solution.x is None else np.clip(solution.x, 0.0, 1.0)
-        return {f"J{i + 1}": self._types[int(t)] for i, t in enumerate(types)} | {
-            f"u{i + 1}": float(u) for i, u in enumerate(fractions)
-        }
+        for u, (name, (low, high)) in zip(fractions, self._ranges.items(), strict=True):
+            params[name] = low + float(u) * (high - low)
+        return params
+
+
+def _parameters(space: DesignSpace) -> dict[str, BaseDistribution]:
+    """Return the parameters of a space with fractions, which are the same for all trials."""
+    trial = optuna.create_study(sampler=RandomSampler(seed=0)).ask()
+    space.suggest(trial)
+    return trial.distributions
 
 
 def _unfit(space: DesignSpace, objectives: tuple[str, ...]) -> str:
     if space.lengths != "fractions":
         return f"with {space.lengths} lengths: it draws fractions alone"
-    if space.n_joints == 1 and len(space.joint_types) == 1:
+    if all(distribution.single() for distribution in _parameters(space).values()):
         return "in a space of one arm"
     if objectives != ("reach", "torque"):
         return f"for {', '.join(objectives)}: it takes reach, torque alone"
