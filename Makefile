@@ -46,7 +46,7 @@ demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, 
 lint: ## ruff, mypy and import contracts (after setup)
 	@.venv/bin/ruff check .
 	@.venv/bin/mypy
-	@.venv/bin/lint-imports
+	@PYTHONPATH=ros_pkgs/mobo .venv/bin/lint-imports
 
 build: ## build the messages and nodes into install/ anew
 	@.ci/setup.sh build

@@ -9,19 +9,17 @@ The public face, each name loaded when it is first used::
     print(mobo.verify(study))
     mobo.report(study, "report")
 
-=====================  =====================================================================================
-``Design``             one arm: the order of its joints and the lengths of its links
-``DesignSpace``        the arms a study may choose from
-``EvaluationSpec``     what is asked of an arm
-``StudySettings``      all that the trials of a study depend on
-``evaluate``           what one arm is worth
-``solve_poses``        inverse kinematics of given poses
-``run_study``          a study in this process, recorded in a bag
-``read_study``         a study from its bag
-``study_table``        its trials as a table; ``.to_pandas()``
-``verify``             whether a bag says the truth
-``report``             tables, pictures and a page of a study
-=====================  =====================================================================================
+- ``Design``: one arm: the order of its joints and the lengths of its links
+- ``DesignSpace``: the arms a study may choose from
+- ``EvaluationSpec``: what is asked of an arm
+- ``StudySettings``: all that the trials of a study depend on
+- ``evaluate``: what one arm is worth
+- ``solve_poses``: inverse kinematics of given poses
+- ``run_study``: a study in this process, recorded in a bag
+- ``read_study``: a study from its bag
+- ``study_table``: its trials as a table; ``.to_pandas()``
+- ``verify``: whether a bag says the truth
+- ``report``: tables, pictures and a page of a study
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nodes import Nodes, finish, output, told_so_far, values, wait_for
 
-from mobo_core.coordination.claim import CLAIM_FRESH_S, LISTEN_S, Claim, Claimant
+from mobo_core.coordination.namespace_claim import CLAIM_FRESH_S, LISTEN_S, Claimant, NamespaceClaim
 from mobo_core.errors import InUseError
 
 LEASE_S = 5.0
@@ -25,7 +25,7 @@ def run_claims(starts: list[float], clocks: list[float], delays: list[float], ho
     holder from before is noticed to be gone at ``holder_dies`` s.
     """
     mes = [Claimant(int((start + clocks[i]) * 1e9), f"host{i}", i, "/optimizer") for i, start in enumerate(starts)]
-    claims = [Claim(me, start, lease_s=LEASE_S) for me, start in zip(mes, starts, strict=True)]
+    claims = [NamespaceClaim(me, start, lease_s=LEASE_S) for me, start in zip(mes, starts, strict=True)]
     holding: dict[int, float] = {-1: 0.0}
     waiting = set(range(len(starts)))
     events = [(start, i) for i, start in enumerate(starts)]
@@ -67,7 +67,7 @@ def test_exactly_one_claimant_goes_on(claimants: list[tuple[float, float, float]
 def test_a_holder_that_stays_is_named_after_one_lease() -> None:
     """A claimant waits for the lease, no longer, and then says node, host and pid."""
     me, holder = Claimant(5, "here", 7, "/b"), Claimant(9, "there", 42, "/a")
-    claim = Claim(me, 0.0, lease_s=LEASE_S)
+    claim = NamespaceClaim(me, 0.0, lease_s=LEASE_S)
     claim.alive(1)
     claim.held(holder, 0.2)
     ticks = (0.1 * i for i in itertools.count(1))
@@ -80,7 +80,7 @@ def test_a_holder_that_stays_is_named_after_one_lease() -> None:
 
 def test_claims_that_are_no_longer_repeated_do_not_count() -> None:
     """A claimant that died while it waited is not waited for."""
-    claim = Claim(Claimant(5, "here", 7, "/b"), 0.0, lease_s=LEASE_S)
+    claim = NamespaceClaim(Claimant(5, "here", 7, "/b"), 0.0, lease_s=LEASE_S)
     claim.claimed(Claimant(1, "there", 42, "/a"), 0.1)
     assert not claim.may_go(0.2, "")
     assert not claim.may_go(0.1 + CLAIM_FRESH_S, "")

@@ -150,9 +150,9 @@ class _Way:
 class PreparedXacro:
     """Describes designs of one space, in a tenth of a millisecond or so each.
 
-    Each joint macro is expanded once for every place in the arm. Whenever an arm puts two of the expansions
-    side by side for the first time, all of it is compared with what xacro makes of the whole arm; should that
-    ever differ (macros that are edited may hand on properties to one another, say), xacro is left to do it all.
+    Each joint macro is expanded once for every place in the arm. The first arm to put two of the expansions side by
+    side is also described by xacro as a whole, and the two texts are compared. If they ever differ (edited macros may
+    hand on properties to one another, say), xacro describes every arm from then on.
 
     Args:
         space: gives masses, radius and limits.

@@ -66,9 +66,9 @@ class Audit:
         """Check the configurations chosen. ``centres`` (voxels, 3) are the spec's, in m.
 
         Returns:
-            The number of poses checked; the largest fault among them, which is rounding if all is well (torque
-            in N m, what exceeds a tolerance or limit in m or rad, overlap of links in m); and a sentence on the
-            first pose that fails, or "".
+            The number of poses checked; the largest error among them, which is rounding if all is well (of torque
+            in N m, of a tolerance or limit exceeded in m or rad, of links that overlap in m); and a sentence on
+            the first pose that fails, or "".
         """
         from mobo_core.evaluation.reference import ReferenceModel
 

@@ -11,7 +11,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from mobo_core.evaluation.kernel.geometry import segment_distance_squared
-from mobo_core.evaluation.matrices import Matrix, times, transposed, turn
+from mobo_core.evaluation.matrices import Matrix, matmul, matvec, transposed
 from mobo_core.evaluation.urdf import CheckedUrdf
 from mobo_core.jit.cache import interpreted
 
@@ -29,13 +29,13 @@ def capsules_of(
     for shape in checked.shapes:
         frame = model.frames[model.getFrameId(shape.link, pin.BODY)]
         joint = int(frame.parentJoint)
-        rotation = times(frame.placement.rotation, pin.rpy.rpyToMatrix(*shape.rpy))
-        centre = turn(frame.placement.rotation, shape.xyz)
+        rotation = matmul(frame.placement.rotation, pin.rpy.rpyToMatrix(*shape.rpy))
+        centre = matvec(frame.placement.rotation, shape.xyz)
         back = transposed(frames[joint])
         ends = []
         for sign in (-0.5, 0.5):
             along = [sign * shape.length * rotation[k][2] for k in range(3)]
-            ends.append(turn(back, [centre[k] + float(frame.placement.translation[k]) + along[k] for k in range(3)]))
+            ends.append(matvec(back, [centre[k] + float(frame.placement.translation[k]) + along[k] for k in range(3)]))
         capsules.append((joint - 1, ends[0], ends[1], shape.radius))
     return capsules
 

@@ -13,7 +13,7 @@ from mobo_core.errors import InputError
 from mobo_core.evaluation.capsules import capsules_of, separate_pairs
 from mobo_core.evaluation.kernel.configuration import forward
 from mobo_core.evaluation.kernel.geometry import place_capsules
-from mobo_core.evaluation.matrices import axis_frame, norm, times, transposed, turn
+from mobo_core.evaluation.matrices import axis_frame, matmul, matvec, norm, transposed
 from mobo_core.evaluation.urdf import CheckedUrdf, check_urdf
 from mobo_core.jit.cache import interpreted
 
@@ -138,20 +138,20 @@ def _flatten(model: pin.Model, tip_frame: int, tip: str, checked: CheckedUrdf) -
         frame = axis_frame([float(v) for v in own])
         back = transposed(frames[-1])
         placement = model.jointPlacements[i]
-        placement_r.append(times(times(back, placement.rotation), frame))
-        placement_p.append(turn(back, placement.translation))
+        placement_r.append(matmul(matmul(back, placement.rotation), frame))
+        placement_p.append(matvec(back, placement.translation))
         frames.append(frame)
         inertia = model.inertias[i]
         mass.append(float(inertia.mass))
-        com.append(turn(transposed(frame), inertia.lever) if inertia.mass > 0 else [0.0, 0.0, 0.0])
+        com.append(matvec(transposed(frame), inertia.lever) if inertia.mass > 0 else [0.0, 0.0, 0.0])
     last = transposed(frames[n])
     tip_placement = model.frames[tip_frame].placement
-    tip_p = turn(last, tip_placement.translation)
+    tip_p = matvec(last, tip_placement.translation)
     capsules = capsules_of(model, checked, frames)
     chain = Chain(
         placement_r=np.array(placement_r),
         placement_p=np.array(placement_p),
-        tip_r=np.array(times(last, tip_placement.rotation)),
+        tip_r=np.array(matmul(last, tip_placement.rotation)),
         tip_p=np.array(tip_p),
         lower=np.array(model.lowerPositionLimit),
         upper=np.array(model.upperPositionLimit),

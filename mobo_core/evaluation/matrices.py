@@ -22,12 +22,12 @@ def axis_frame(axis: Vector) -> list[list[float]]:
     return [[x[i], y[i], axis[i]] for i in range(3)]
 
 
-def times(a: Matrix, b: Matrix) -> list[list[float]]:
+def matmul(a: Matrix, b: Matrix) -> list[list[float]]:
     """Return the product a b."""
     return [[float(sum(a[i][k] * b[k][j] for k in range(3))) for j in range(3)] for i in range(3)]
 
 
-def turn(a: Matrix, v: Vector) -> list[float]:
+def matvec(a: Matrix, v: Vector) -> list[float]:
     """Return the product of a matrix and a vector."""
     return [float(a[i][0] * v[0] + a[i][1] * v[1] + a[i][2] * v[2]) for i in range(3)]
 

@@ -43,9 +43,9 @@ class Objective:
         unit: of its values, for people.
         direction: which way is better.
         summary: what it is, in one sentence.
-        bound: the value at a spec that the hypervolume is measured by: of a minimised objective the reference
-            point's, worse than what a sensible arm has; of a maximised one (whose reference is 0) the best there
-            can be, or a scale.
+        bound: from a spec, the value that normalises the hypervolume. For a minimised objective it is the reference
+            point's coordinate, worse than any sensible arm's. For a maximised one, whose reference is 0, it is the
+            best value there can be, or a scale.
         begin: starts an accumulator for one arm; None of ``reach`` and ``torque``, which every result has.
         tolerance: relative difference that ``mobo verify`` allows between a recorded value and a new one; 0 where
             the bits are the same on every machine.

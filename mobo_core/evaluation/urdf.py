@@ -1,8 +1,8 @@
 """A URDF from anywhere, checked and boiled down to what an evaluation needs.
 
-Pinocchio crashes on some malformed robots and accepts some impossible ones (mass -1, a zero axis), so what
-reaches it is not the text that came in but a plain URDF written anew from the values checked here: links
-with their inertials, and joints. Collision shapes are kept beside it.
+Pinocchio crashes on some malformed robots and accepts some impossible ones (mass -1, a zero axis). So it is not
+given the text that came in, but a plain URDF written anew from the values checked here: links with their
+inertials, and joints. Collision shapes are kept beside it.
 """
 
 from __future__ import annotations

@@ -118,8 +118,8 @@ class OrderedStudy:
     """Ask and tell in the one order that makes a study a function of its settings.
 
     Trials are told in the order of their numbers. What the sampler sees lags behind: just before trial n is
-    asked, it is given the values of trials 0 to n - in_flight, so that it never depends on timing whether
-    a value was known.
+    asked, it is given the values of trials 0 to n - in_flight and no others. So timing never decides which
+    values it knows.
     """
 
     def __init__(self, settings: StudySettings) -> None:

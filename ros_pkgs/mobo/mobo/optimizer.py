@@ -10,8 +10,8 @@ from rclpy.duration import Duration
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from mobo.claim import NamespaceClaim
 from mobo.diagnostics import publish_health
+from mobo.namespace_claim import NodeNamespace
 from mobo.parameters import declare
 from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run, subscribe
 from mobo.services import offer_services
@@ -55,19 +55,19 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         "commands": node.create_publisher(Command, "commands", MESSAGES_QOS),
         "study": node.create_publisher(StudyStatus, "study", STATUS_QOS),
     }
-    claim = NamespaceClaim(node, name, folder, options.lease_s)
+    namespace = NodeNamespace(node, name, folder, options.lease_s)
 
     def open_bag() -> StudyBag:
         return StudyBag(
             folder, name, settings, resume=options.resume, node=node.get_fully_qualified_name(), prefix=prefix
         )
 
-    bag = claim.take(open_bag, executor, stop)
+    bag = namespace.take(open_bag, executor, stop)
     if bag is None:
         return 1
     optimizer = None
     try:
-        claim.hold()
+        namespace.hold()
         dispatcher = Dispatcher(
             lease_s=options.lease_s,
             max_attempts=options.max_attempts,

@@ -9,17 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mobo_core.jit.functions import (
-    LOG2_E,
-    TAIL_END,
-    between,
-    exp2,
-    far_mass,
-    half_mass,
-    log,
-    log_mass,
-    power,
-)
+from mobo_core.jit.functions import LOG2_E, exp2, log, power
+from mobo_core.jit.normal import TAIL_END, between, far_mass, half_mass, log_mass
 from mobo_core.search.samplers.tpe import compiled
 
 # Scott's rule has this share of the range as its bandwidth at one trial (Optuna 4's multivariate TPE).
@@ -68,10 +59,11 @@ def fit(
     """Prepare n kernels whose last one is the prior.
 
     ``mu`` and ``sigma`` have shape (n, real parameters); ``weight`` (n,) may have any sum; ``low`` and ``high``
-    are the parameters' bounds, ``central`` and ``tail`` the tables of :mod:`~mobo_core.jit.functions`.
+    are the parameters' bounds, ``central`` and ``tail`` the tables of :mod:`~mobo_core.jit.normal`.
 
-    Written are ``inverse`` = c / sigma and ``scaled`` = c mu / sigma, and ``factor`` and ``offset``, shape (n,):
-    kernel i is factor 2^(offset - sum (x inverse - scaled)^2) times its categorical part; c makes that of e^(-z^2/2).
+    Written are ``inverse`` = c / sigma and ``scaled`` = c mu / sigma, and ``factor`` and ``offset``, shape (n,).
+    Kernel i is factor 2^(offset - sum (x inverse - scaled)^2) times its categorical part, where c = sqrt(log2(e) / 2)
+    turns e^(-z^2/2) into a power of 2.
     """
     n, reals = mu.shape
     total = 0.0

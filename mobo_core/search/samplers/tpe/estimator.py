@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution
 
-from mobo_core.jit.functions import CENTRAL, TAIL
+from mobo_core.jit.normal import CENTRAL, TAIL
 from mobo_core.search.samplers.tpe import density
 
 Floats = NDArray[np.float64]

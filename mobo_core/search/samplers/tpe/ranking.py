@@ -1,8 +1,8 @@
 """Which trials count as good when there are two objectives: non-dominated rank, hypervolume for ties, weights.
 
-The rules are those of Optuna's TPESampler: the best fronts are good as a whole; of the front that does not fit
-as a whole, those are good that a greedy hypervolume subset selection takes (Guerreiro et al. 2016); and in
-Optuna 4 a good trial weighs as much as the hypervolume that it alone adds (Ozaki et al. 2022).
+The rules are those of Optuna's TPESampler. The best fronts are good as a whole. Of the first front that does not
+fit, a greedy hypervolume subset selection (Guerreiro et al. 2016) takes the good ones. In Optuna 4 a good trial
+weighs as much as the hypervolume that it alone adds (Ozaki et al. 2022).
 Losses are to be minimised. Lists of trials are sorted by (first loss, second loss) throughout.
 """
 

@@ -37,13 +37,13 @@ def recent(n: int) -> Floats:
 class FastTPESampler(TPESampler):
     """Optuna's TPE for two objectives, with the history kept as arrays and compiled densities.
 
-    Use it for studies of two objectives and thousands of trials over categorical and plain float parameters,
-    where the stock sampler takes tens to hundreds of milliseconds a trial, since it makes its arrays anew from
+    Use it for studies of two objectives and thousands of trials over categorical and plain float parameters.
+    There the stock sampler takes tens to hundreds of milliseconds a trial, since it makes its arrays anew from
     the list of trials each time. Densities, acquisition values, the split into good and bad trials and their
-    weights are those of Optuna (Bergstra et al. 2011; Ozaki et al. 2022), and so is the use of random numbers:
-    from equal seeds and trials it draws equal parameters, up to rounding; by its own arithmetic they are, to
-    the bit, the same on every x86-64 machine. Whatever it does not know (one objective or more than two, pruned
-    trials, values that are not finite, integers, steps, logarithmic scales) goes to the stock sampler.
+    weights are those of Optuna (Bergstra et al. 2011; Ozaki et al. 2022). Random numbers are used alike: from
+    equal seeds and trials it draws equal parameters, up to rounding. Its own arithmetic gives the same bits on
+    every x86-64 machine. Whatever it does not know (one objective or more than two, pruned trials, values that
+    are not finite, integers, steps, logarithmic scales) goes to the stock sampler.
 
     One sampler serves one study.
 

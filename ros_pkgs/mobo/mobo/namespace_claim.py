@@ -23,7 +23,7 @@ from mobo.runtime import Stop, qos, subscribe
 from mobo_core import messages
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import host_id
-from mobo_core.coordination.claim import Claim, Claimant, in_use
+from mobo_core.coordination.namespace_claim import Claimant, NamespaceClaim, in_use
 from mobo_core.errors import InputError, InUseError
 from mobo_core.messages import decode, encode
 from mobo_msgs.msg import OptimizerStatus
@@ -39,8 +39,8 @@ def _holders_qos() -> QoSProfile:
     return profile
 
 
-class NamespaceClaim:
-    """This node's claim to its namespace; begins with construction.
+class NodeNamespace:
+    """The namespace of this node, which it claims from construction on.
 
     Args:
         node: the optimizer.
@@ -58,7 +58,7 @@ class NamespaceClaim:
             host_id=host_id(),
             pid=os.getpid(),
         )
-        self._claim = Claim(_claimant(self._message), time.monotonic(), lease_s=lease_s)
+        self._claim = NamespaceClaim(_claimant(self._message), time.monotonic(), lease_s=lease_s)
         self._holder: Publisher | None = None
         self._dead = 0
         self._said = ""

@@ -29,7 +29,7 @@ class Claimant(NamedTuple):
         return f"{self.node} on {self.host}, pid {self.pid}"
 
 
-class Claim:
+class NamespaceClaim:
     """A claim to a namespace, from the first moment to the verdict.
 
     It succeeds after ``listen_s`` in which neither a holder nor an earlier claimant was heard of. It fails
