@@ -21,7 +21,7 @@ def add(verbs: Verbs) -> None:
         "report",
         help="front, pictures and a page of recorded studies",
         description="Print the Pareto front and the best arms of a study, and write into DIR tables (front.csv,\n"
-        "trials.csv), pictures, and a page of them all (index.html).\n"
+        "trials.csv, joint_torques.csv), pictures, and a page of them all (index.html).\n"
         "Of several bags each gets a folder of its own in DIR, and DIR/index.html leads to them.",
         epilog="examples:\n"
         "  mobo report bags/demo_001 -o bags/demo_001_report\n"
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> int:
     reports = []
     for bag, folder in zip(args.bags, report_folders([Path(bag) for bag in args.bags], output), strict=True):
         study = read_bag_argument(bag)
-        with bar(f"drawing {study.name}"[:60]) as progress:
+        with bar(f"report of {study.name}"[:60]) as progress:
             reports.append(write_report(study, folder, progress))
         _print(reports[-1])
     if len(reports) > 1:
@@ -86,4 +86,5 @@ def _print(report: Report) -> None:
     else:
         print("no complete trial: no front\n")
     print(f"table      {report.folder / 'front.csv'}")
+    print(f"torques    {report.folder / 'joint_torques.csv'}")
     print(f"picture    {report.folder / 'sampling.png'}")

@@ -10,12 +10,13 @@ from mobo_core.bag.record import StudyRecord
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.report import markup
 from mobo_core.report.figures.render import Rendered
+from mobo_core.report.joint_torques import MOST_ARMS, HeldArm, torque_rows
 from mobo_core.report.lengths import lengths_text
 from mobo_core.report.prefixes import PAPER_COLOURS, Group, found
 from mobo_core.report.row import Row
 from mobo_core.report.table import StudyTable
 
-TABLES = ("front.csv", "trials.csv")
+TABLES = ("front.csv", "trials.csv", "joint_torques.csv")
 _MOST_FAILED = 50
 
 
@@ -24,6 +25,7 @@ def study_page(
     table: StudyTable,
     groups: Sequence[Group],
     figures: Sequence[Rendered],
+    arms: Sequence[HeldArm] = (),
 ) -> str:
     """Return the page of one study.
 
@@ -32,6 +34,7 @@ def study_page(
         table: its trials.
         groups: its arms by prefix.
         figures: what is shown, in the order of the page.
+        arms: those evaluated again for the torques of their joints.
     """
     settings = study.settings
     space, spec = settings.space, settings.spec
@@ -59,6 +62,7 @@ def study_page(
         _prefixes(found(groups), table.n_joints),
         '<p class="note">A prefix is the order of the first four joints; named in bold by the paper this follows '
         "(Kawaharazuka et al., Advanced Robotics 2025).</p>",
+        *_joint_torques(arms, table.n_joints),
         *_figures(rendered for rendered in figures if rendered.figure.heading),
     ]
     if table.failed:
@@ -134,6 +138,22 @@ def _front(table: StudyTable) -> str:
         "<code>mobo evaluate BAG --trial N</code> evaluates the very arm.</p>"
     )
     return markup.table(head, rows, right=numbers, classes=classes) + note
+
+
+def _joint_torques(arms: Sequence[HeldArm], n_joints: int) -> Iterator[str]:
+    if not arms:
+        return
+    yield "<h2>Torque per joint</h2>"
+    head = ["trial", "joints", "a reached voxel [N m]", *(f"joint {i + 1}" for i in range(n_joints))]
+    rows = [(row + ["-"] * n_joints)[: len(head)] for row in torque_rows(arms)]
+    yield markup.table(head, rows, right=(0, *range(2, len(head))))
+    others = sum(not arm.same for arm in arms)
+    differ = f" Of {others} of them, reach or torque is not what was recorded." if others else ""
+    yield (
+        '<p class="note">Mean / 95 % / peak in N m, over the configurations at which the arm reaches a pose, of what '
+        "each joint, from the base up, holds against gravity. These arms (the front, then the best of other orders, "
+        f"up to {MOST_ARMS}, above the reach floor) were evaluated again for this page.{differ}</p>"
+    )
 
 
 def _cells(row: Row) -> list[str]:

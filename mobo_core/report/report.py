@@ -11,6 +11,7 @@ from mobo_core.outputs import make_folder, write_whole
 from mobo_core.report.columns import FRONT_COLUMNS, table_columns
 from mobo_core.report.figures.registry import FIGURES
 from mobo_core.report.figures.render import render
+from mobo_core.report.joint_torques import held_arms, torque_columns
 from mobo_core.report.markup import GENERATOR
 from mobo_core.report.names import file_name
 from mobo_core.report.page import index_page, study_page
@@ -46,7 +47,7 @@ def write_report(study: StudyRecord, folder: Path, progress: Progress = lambda d
     Args:
         study: as read from its bag.
         folder: made if it is not there; an older report in it is replaced.
-        progress: called with (pictures done, pictures in all).
+        progress: called with (done, in all): arms evaluated again for their joints' torques, then pictures.
 
     Raises:
         InputError: a file cannot be written.
@@ -54,14 +55,16 @@ def write_report(study: StudyRecord, folder: Path, progress: Progress = lambda d
     table = study_table(study)
     report = Report(folder, study, table, groups(table))
     make_folder(folder)
-    figures = render(study, table, progress)
+    arms = held_arms(study, table, progress)
+    figures = render(study, table, lambda done, total: progress(len(arms) + done, len(arms) + total))
     files: dict[str, bytes | str] = {
         "front.csv": to_csv(table_columns(table.front, table.n_joints, FRONT_COLUMNS)),
         "trials.csv": to_csv(table_columns(table.rows, table.n_joints)),
+        "joint_torques.csv": to_csv(torque_columns(arms)),
     }
     for figure in figures:
         files |= figure.files
-    files[PAGE] = study_page(study, table, report.groups, figures)
+    files[PAGE] = study_page(study, table, report.groups, figures, arms)
     _clear(folder, files)
     for name, content in files.items():
         write_whole(folder / name, content)
