@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,11 +10,11 @@ import numpy as np
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.study_bag import StudyBag
-from mobo_core.bag.validity import values_of
 from mobo_core.coordination.answers import claim_of, read_heartbeat
 from mobo_core.coordination.control import Controls
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.leases import Dispatch, Verdict
+from mobo_core.coordination.progress import Progress
 from mobo_core.design.description import TIP_LINK
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError
@@ -31,14 +30,10 @@ from mobo_core.messages import (
     decode,
     encode,
 )
-from mobo_core.search.front import RunningFront
-from mobo_core.search.study import Asked, OrderedStudy, Params, StudySettings, Told
+from mobo_core.search.study import Asked, OrderedStudy, StudySettings
 
 # Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
 _MAX_UNUSED_RECORDED = 16
-
-# Trials of a resumed study between two lines on how far it has come, some two seconds.
-_SAY_EVERY = 2000
 
 Publish = Callable[[str, bytes], None]
 
@@ -69,25 +64,36 @@ class Optimizer:
         warn: Callable[[str], None] = print,
     ) -> None:
         self.settings, self.n_trials = settings, n_trials
-        self.study = OrderedStudy(settings)
+        self._progress = Progress(bag.name, settings)
         self.controls = Controls(bag.name, settings.space, self._record_command)
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = log, warn
         self._spec_message = spec_to_message(settings.spec)
-        self._extra = [name for name in settings.objectives if name not in ("reach", "torque")]
-        self._xacro, self._front = PreparedXacro(settings.space), RunningFront(settings.aims)
+        self._xacro = PreparedXacro(settings.space)
         self._urdfs: dict[int, str] = {}
-        self._answers: dict[int, Trial] = {}  # by trial, waiting for its turn
-        self._evaluations: dict[int, Evaluation] = {}  # trial -> accepted Evaluation, likewise
         self._unused_of: dict[int, int] = {}
-        self.answers = self.answers_unused = self.resent = self.failed = 0
-        self.best: tuple[Evaluation, str] | None = None  # Evaluation and URDF of the highest reach
+        self.answers = self.answers_unused = self.resent = 0
         if (past := bag.past()) is not None:
             try:
                 self._replay(past)
             except InputError as error:
                 raise error.at(str(bag.folder)) from None
             bag.go_on(past)
+
+    @property
+    def study(self) -> OrderedStudy:
+        """What was asked and told."""
+        return self._progress.study
+
+    @property
+    def failed(self) -> int:
+        """How many trials were told as failed."""
+        return self._progress.failed
+
+    @property
+    def best(self) -> tuple[Evaluation, str] | None:
+        """Evaluation and URDF of the highest reach so far."""
+        return self._progress.best
 
     @property
     def done(self) -> bool:
@@ -156,8 +162,8 @@ class Optimizer:
         for dispatch in overdue:
             self._time_out(dispatch, now)
         while True:
-            while len(self.study.told) in self._answers:
-                self._tell(self._answers.pop(len(self.study.told)))
+            while (trial := self._progress.due()) is not None:
+                self._tell(trial)
             if len(self.study.asked) < self.n_trials and self.study.may_ask() and not self.controls.paused:
                 params = self.controls.enqueued.pop(len(self.study.asked), None)
                 self._open(self.study.ask() if params is None else self.study.recall(params))
@@ -180,9 +186,9 @@ class Optimizer:
             failed=self.failed,
             evaluators=len(self._dispatcher.evaluators),
             workers=sum(self._dispatcher.evaluators.values()),
-            front_size=len(self._front),
+            front_size=len(self._progress.front),
             best_reach=self.best[0].reach if self.best is not None else 0.0,
-            hypervolume=self._front.hypervolume,
+            hypervolume=self._progress.front.hypervolume,
             answers=self.answers,
             answers_unused=self.answers_unused,
             resent=self.resent,
@@ -209,46 +215,17 @@ class Optimizer:
 
     def _replay(self, past: StudyRecord) -> None:
         """Bring the study to where its bag left it."""
-        sent: dict[int, set[Dispatch]] = {}
-        params: dict[int, str] = {}
-        for candidate in past.candidates:
-            trial = candidate.trial
-            if trial not in past.trials:
-                sent.setdefault(trial, set()).add(Dispatch(trial, candidate.attempt, candidate.evaluator))
-            params.setdefault(trial, candidate.params_json)
-        for number in range(len(params)):
-            if number not in params:
-                raise InputError(f"no candidate of trial {number}", expected="every trial")
-            while not self.study.may_ask():
-                self._retell(past)
-            self.study.recall(_params(params[number], number))
-            if number and number % _SAY_EVERY == 0:
-                self._log(f"resuming {past.name}: {number} of {len(params)} trials")
-        while len(self.study.told) in past.trials:
-            self._retell(past)
-        self.controls.repeat(past.commands, len(params))
-        for number in range(len(self.study.told), len(params)):
+        sent = self._progress.rebuild(past, self._log)
+        self.controls.repeat(past.commands, len(self.study.asked))
+        for number in range(len(self.study.told), len(self.study.asked)):
             self._open(self.study.asked[number], sent.get(number))
         for evaluation in past.evaluations:
             if evaluation.trial >= len(self.study.told):
                 self._judge(evaluation, 0.0)  # no lease of that time is left to measure
-        self.best = past.best
-        self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {len(self._answers)} answered")
+        answered = self._progress.answered
+        self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {answered} answered")
         if self.controls.paused:
             self._log("paused, as it was when it ended; `ros2 run mobo control resume` goes on")
-
-    def _retell(self, past: StudyRecord) -> None:
-        number = len(self.study.told)
-        if number not in past.trials:
-            raise InputError(f"trial {number} was never told", expected="trials in order")
-        self._count(self._told(past.trials[number]))
-
-    def _count(self, told: Told) -> None:
-        self.study.tell(told)
-        if told.values is None:
-            self.failed += 1
-        else:
-            self._front.add(told.values)
 
     def _open(self, asked: Asked, sent: set[Dispatch] | None = None) -> None:
         self._urdfs[asked.number] = self._xacro.to_urdf(asked.design)
@@ -281,28 +258,12 @@ class Optimizer:
         reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
         if verdict is Verdict.ACCEPTED:
             failed = evaluation.status == Evaluation.REJECTED
-            self._answer(evaluation, f"rejected: {reason}" if failed else "")
+            self._progress.answer(evaluation, f"rejected: {reason}" if failed else "")
         elif verdict is Verdict.EXHAUSTED:
-            self._answer(evaluation, reason)
+            self._progress.answer(evaluation, reason)
         elif verdict is Verdict.RETRY:
             self._warn(f"trial {dispatch.trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason[:2000]}")
         return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
-
-    def _answer(self, evaluation: Evaluation, failure: str) -> None:
-        self._answers[evaluation.trial] = Trial(
-            study=self._bag.name,
-            trial=evaluation.trial,
-            state=Trial.FAIL if failure else Trial.COMPLETE,
-            attempt=evaluation.attempt,
-            evaluator=evaluation.evaluator,
-            reach=math.nan if failure else evaluation.reach,
-            torque=math.nan if failure else evaluation.torque,
-            extra_names=[] if failure else self._extra,
-            extra_values=np.array([] if failure else values_of(evaluation, self._extra)),
-            reason=failure[:2000],
-        )
-        if not failure:
-            self._evaluations[evaluation.trial] = evaluation
 
     def _time_out(self, dispatch: Dispatch, now: float) -> None:
         """Record that an evaluator took too long as the FAILED answer it comes to, so that resume judges it too."""
@@ -322,14 +283,9 @@ class Optimizer:
     def _tell(self, trial: Trial) -> None:
         self._publish("trials", self._bag.append("trials", trial))
         self._dispatcher.close(trial.trial)
-        told = self._told(trial)
-        self._count(told)
-        urdf = self._urdfs.pop(told.number)
-        evaluation = self._evaluations.pop(told.number, None)
-        if told.values is None:
-            self._warn(f"trial {told.number} failed: {trial.reason}")
-        elif evaluation is not None and (self.best is None or evaluation.reach > self.best[0].reach):
-            self.best = (evaluation, urdf)
+        self._progress.tell(trial, self._urdfs.pop(trial.trial))
+        if trial.state != Trial.COMPLETE:
+            self._warn(f"trial {trial.trial} failed: {trial.reason}")
 
     def _record_command(self, command: Command) -> None:
         self._publish("commands", self._bag.append("commands", command))
@@ -337,14 +293,3 @@ class Optimizer:
     def _record_evaluator(self, status: EvaluatorStatus, state: int) -> None:
         none = np.empty(0, np.uint32)
         self._bag.append("evaluators", replace(status, state=state, studies=[], trials=none, attempts=none))
-
-    def _told(self, trial: Trial) -> Told:
-        complete = trial.state == Trial.COMPLETE
-        return Told(trial.trial, values_of(trial, self.settings.objectives) if complete else None)
-
-def _params(text: str, trial: int) -> Params:
-    try:
-        return dict(json.loads(text))
-    except (ValueError, TypeError, RecursionError) as error:
-        where = f"params_json of trial {trial}"
-        raise InputError(f"not readable ({error!r:.80})", where=where, expected="parameters of the space") from None
