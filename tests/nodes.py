@@ -53,11 +53,14 @@ class Nodes:
         self._processes: list[subprocess.Popen[str]] = []
 
     def start(
-        self, executable: str, remap: str = "", on: Sequence[str] = (), **parameters: Any
+        self, executable: str, remap: str = "", on: Sequence[str] = (), arguments: Sequence[str] = (), **parameters: Any
     ) -> subprocess.Popen[str]:
-        """Start a node; its output goes to a file of its own, see :meth:`output`. ``on``: see ``hosts.Hosts.on``."""
+        """Start a node; its output goes to a file of its own, see :meth:`output`. ``on``: see ``hosts.Hosts.on``.
+
+        ``arguments`` come before the parameters.
+        """
         command = [*on, sys.executable, "-m", f"mobo.{executable}", "--ros-args"]
-        command += ["-r", remap] if remap else []
+        command += [*(["-r", remap] if remap else []), *arguments]
         for name, value in parameters.items():
             command += ["-p", f"{name}:={json.dumps(str(value) if isinstance(value, Path) else value)}"]
         log = (self.folder / f"{len(self._processes)}_{executable}.log").open("w+")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import shlex
 import signal
 import subprocess
 from pathlib import Path
@@ -131,6 +132,29 @@ def test_ctrl_c_leaves_a_usable_bag_and_no_process(nodes: Nodes, tmp_path: Path)
     with AnyReader([bag]) as reader:
         assert reader.topics["/trials"].msgcount >= 5
     assert not read_study(bag).faults
+    last = output(study).splitlines()[-1]
+    assert f"stopped at {told_so_far(bag)} of 100,000 trials, {bag}; go on: ros2 run mobo study --ros-args " in last
+
+
+def test_resume_of_a_study_whose_files_are_gone(nodes: Nodes, tmp_path: Path) -> None:
+    """The command that its last line names goes on with its spec, its space and its total."""
+    space, bag = tmp_path / "space.yaml", tmp_path / "bags" / "seven"
+    space.write_text("{n_joints: 7, total_length: 0.7}")
+    first = nodes.start(
+        "study", study_name="seven", n_trials=30, sampler="random", space=space, spec=nodes.spec, evaluators=1,
+        engine="simulated", simulated_s=0.3, workers=1,
+    )  # fmt: skip
+    wait_for(lambda: told_so_far(bag) >= 2, "2 trials")
+    first.send_signal(signal.SIGTERM)
+    assert finish(first) == 1
+    space.unlink()
+    nodes.spec.unlink()
+    command = output(first).splitlines()[-1].split("; go on: ")[1]
+    second = nodes.start("study", arguments=shlex.split(command)[5:], simulated_s=0.0)
+    assert finish(second) == 0, output(second)
+    assert len(read_study(bag).trials) == 30
+    last = output(second).splitlines()[-1]
+    assert "done: 30 trials, best reach " in last and last.endswith("next: mobo report bags/seven -o report")
 
 
 def test_killed_study_leaves_no_process(nodes: Nodes, tmp_path: Path) -> None:
@@ -174,6 +198,8 @@ def test_ros2_run_and_help(nodes: Nodes) -> None:
         ("space", "nowhere.yaml", "nowhere.yaml"),
         ("lengths", "long", "sequential"),
         ("evaluators", -1, "from 1"),
+        ("seed", -1, "from 0 to 2^63 - 1"),
+        ("must_resume", True, "no such bag"),
     ],
 )
 def test_bad_parameters_are_refused_in_one_line(
@@ -184,4 +210,24 @@ def test_bad_parameters_are_refused_in_one_line(
     assert finish(node) == 2
     lines = [line for line in output(node).splitlines() if line]
     assert len(lines) == 1 and says in lines[0], lines
+    assert not (tmp_path / "bag").exists()
+
+
+@pytest.mark.parametrize(
+    ("parameters", "says"),
+    [
+        ({"engine": "gpu"}, "'kernel', 'reference' or 'simulated'"),
+        ({"sampler": "best"}, "'tpe'"),
+        ({"spec": "papers"}, "paper_fine"),
+        ({"workers": 1000}, "2 x 1000 = 2000"),
+    ],
+)
+def test_a_study_checks_everything_before_it_starts_anything(
+    nodes: Nodes, tmp_path: Path, parameters: dict[str, object], says: str
+) -> None:
+    """One line, from the study node itself."""
+    study = nodes.start("study", **{"bag": tmp_path / "bag", **parameters})
+    assert finish(study) == 2
+    (line,) = [line for line in output(study).splitlines() if line]
+    assert line.startswith("mobo study: ") and says in line
     assert not (tmp_path / "bag").exists()

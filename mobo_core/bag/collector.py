@@ -18,6 +18,7 @@ from mobo_core.messages import (
     Header,
     Message,
     SpecMessage,
+    StudyStatus,
     Trial,
     decode,
     version_of,
@@ -109,6 +110,8 @@ class Collector:
                 study.commands.append(message)
             case EvaluatorStatus():
                 study.evaluators.append(message)
+            case StudyStatus():
+                study.n_trials = int(message.n_trials)
             case _:
                 pass
 

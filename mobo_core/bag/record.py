@@ -107,6 +107,7 @@ class StudyRecord:
         denied: numbers of trials told as failed although their first valid answer was good.
         belated: numbers of trials enqueued after they had been sent out.
         contents: the files.
+        n_trials: the total that its last session was to reach; 0 if no session says.
         best: Evaluation and URDF of the trial of the highest reach; of :func:`past_study` only.
     """
 
@@ -123,6 +124,7 @@ class StudyRecord:
     denied: set[int] = field(default_factory=set)
     belated: list[int] = field(default_factory=list)
     contents: list[FileContent] = field(default_factory=list)
+    n_trials: int = 0
     best: tuple[Evaluation, str] | None = None
 
     def __repr__(self) -> str:

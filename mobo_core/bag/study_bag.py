@@ -7,6 +7,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+from mobo_core.bag.blank import clear_blank, is_blank
 from mobo_core.bag.collector import past_study
 from mobo_core.bag.files import FileSummary, write_metadata
 from mobo_core.bag.lock import LOCK_FILE, BagLock
@@ -49,10 +50,11 @@ class StudyBag:
         node: str = "optimizer",
         prefix: str = "/",
     ) -> None:
-        self.folder, self.name, self._prefix = folder, name, prefix
+        self.folder, self.name, self.settings, self._prefix = folder, name, settings, prefix
         self._files: list[FileSummary] = []  # those that are whole
         self._file: McapFile | None = None
-        check_bag(folder, name, settings, resume=resume)
+        self._past: StudyRecord | None = None
+        _check(folder, name, settings, resume=resume)
         try:
             self._lock: BagLock | None = BagLock(folder, node, make=True)
         except OSError as error:
@@ -60,7 +62,9 @@ class StudyBag:
             raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
         try:
             # Again: another optimizer may have been faster.
-            self._new = not check_bag(folder, name, settings, resume=resume)
+            self._new = not _check(folder, name, settings, resume=resume)
+            if self._new:
+                clear_blank(folder)
         except BaseException:
             self._lock.release()
             raise
@@ -70,10 +74,14 @@ class StudyBag:
     def past(self) -> StudyRecord | None:
         """Return what the bag holds of the study, as :func:`past_study` does; None if it is new. Touches nothing.
 
+        It is read once, and kept until :meth:`go_on`.
+
         Raises:
             InputError: a file of the bag cannot be read.
         """
-        return None if self._new else past_study(self.folder)
+        if self._past is None and not self._new:
+            self._past = past_study(self.folder)
+        return self._past
 
     def go_on(self, past: StudyRecord) -> None:
         """Make whole the files whose writer was killed; call it before anything is appended to :meth:`past`.
@@ -81,6 +89,7 @@ class StudyBag:
         Raises:
             StudyError: no room to make a file whole; it is as it was.
         """
+        self._past = None
         for content in past.contents:
             whole = content if content.finished else recover_file(content, self._record)
             self._files.append(whole.summary)
@@ -135,29 +144,51 @@ class StudyBag:
             lock.release()
 
 
-def check_bag(folder: Path, name: str, settings: StudySettings, *, resume: bool) -> bool:
-    """Return whether the bag exists, touching nothing.
+def check_new(folder: Path) -> None:
+    """See that a study may begin in a folder: there is none, or nothing has come of what is in it.
 
     Raises:
-        InputError: it may not be written to: see :class:`StudyBag`.
+        InputError: it may not.
     """
+    if _holds_something(folder) and not is_blank(folder):
+        expected = "resume:=true, or the name of a new bag"
+        raise InputError("exists already", where=str(folder), expected=expected)
+
+
+def recorded_study(folder: Path) -> tuple[str, StudySettings] | None:
+    """Return name and settings of the study that a bag holds; None if it does not exist.
+
+    Raises:
+        InputError: what is there is no bag of a study.
+    """
+    if not _holds_something(folder):
+        return None
+    record = read_record(folder)
+    return record.get("study", ""), settings_of(record, str(folder))
+
+
+def _holds_something(folder: Path) -> bool:
     try:
-        existing = folder.exists() and any(entry.name != LOCK_FILE for entry in folder.iterdir())
+        return folder.exists() and any(entry.name != LOCK_FILE for entry in folder.iterdir())
     except OSError as error:
         expected = "a folder that can be read and written"
         raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
-    if existing and not resume:
-        expected = "resume:=true, or the name of a new bag"
-        raise InputError("exists already", where=str(folder), expected=expected)
-    if existing:
-        _same_study(read_record(folder), name, settings, str(folder))
-    return existing
 
 
-def _same_study(record: dict[str, str], name: str, settings: StudySettings, where: str) -> None:
-    recorded = settings_of(record, where)
-    if record.get("study") != name:
-        raise InputError(f"holds study {record.get('study')!r}", where=where, expected=f"study {name!r}")
+def _check(folder: Path, name: str, settings: StudySettings, *, resume: bool) -> bool:
+    """Return whether there is a bag to go on with; errors as :class:`StudyBag`."""
+    if not resume:
+        check_new(folder)
+        return False
+    recorded = recorded_study(folder)
+    if recorded is not None:
+        _same_study(*recorded, name, settings, str(folder))
+    return recorded is not None
+
+
+def _same_study(old: str, recorded: StudySettings, name: str, settings: StudySettings, where: str) -> None:
+    if old != name:
+        raise InputError(f"holds study {old!r}", where=where, expected=f"study {name!r}")
     difference = recorded.first_difference(settings)
     if difference:
         setting, old, new = difference

@@ -201,14 +201,11 @@ class Optimizer:
 
     def end(self) -> bytes:
         """Record that the study is done or was stopped, if this changes its bag; return that status as CDR bytes."""
-        told = len(self.study.told)
         if self.done:
             final = self.status(StudyStatus.DONE)
-            self._log(f"done: {told} trials told, {self.failed} failed")
         else:
             why = "stopped by a command" if self.controls.stopped else "stopped by a signal"
             final = self.status(StudyStatus.STOPPED, why)
-            self._log(f"stopped after {told} of {self.n_trials} trials; resume:=true goes on")
         if not self.done or self._bag.recording:
             self._bag.append("study", final)
         return encode(final)

@@ -14,6 +14,7 @@ from pydantic import Field, field_validator
 
 from mobo_core.coordination.answer import AnswerEngine
 from mobo_core.design import SPACES, DesignSpace, load_space
+from mobo_core.errors import InputError
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec import PRESETS, load_spec
 from mobo_core.search.samplers.registry import SAMPLERS
@@ -21,8 +22,10 @@ from mobo_core.search.study import StudySettings
 from mobo_core.settings import Listed, Settings
 
 _MANY = 2**31 - 1
+_MOST_THREADS, _MOST_PER_CORE = 64, 16
 _LONG_S = 1e6
 _OF_STUDY = ("objectives", "sampler", "n_startup_trials", "seed", "in_flight")  # settings that are options too
+_OF_SPACE = ("n_joints", "lengths")
 
 
 def _as_in(model: type[Settings], name: str, more: str = "") -> Any:
@@ -49,7 +52,10 @@ class OptimizerOptions(Settings):
     in_flight: int = _as_in(StudySettings, "in_flight")
     spec: str = Field("paper", description=f"what is asked of an arm: a preset ({', '.join(PRESETS)}) or a YAML file")
     bag: str = Field("", description="folder of the bag; empty: bags/<study_name>")
-    resume: bool = Field(False, description="continue the bag if it exists; without it an existing bag is refused")
+    resume: bool = Field(
+        False, description="continue the bag if it exists, with all that is not named as it was; else it is refused"
+    )
+    must_resume: bool = Field(False, description="resume, and refuse to begin a new bag")
     lease_s: float = Field(
         10.0, ge=0.5, le=_LONG_S, description="s, after which a candidate no heartbeat names goes to another evaluator"
     )
@@ -81,12 +87,32 @@ class OptimizerOptions(Settings):
         over: dict[str, object] = {}
         if not self.space or self.space in SPACES:
             over |= {name: value for name, value in usual.items() if name in DesignSpace.model_fields}
-        over |= {name: getattr(self, name) for name in ("n_joints", "lengths") if name in given}
+        over |= {name: getattr(self, name) for name in _OF_SPACE if name in given}
         space = load_space(self.space, over) if self.space else DesignSpace.of(over, where="space")
         values = {name: getattr(self, name) for name in _OF_STUDY}
         values |= {name: value for name, value in usual.items() if name in values and name not in given}
         values |= {"space": space, "spec": load_spec(self.spec)}
         return StudySettings.of(values, where="parameters")
+
+
+    def named(self, recorded: StudySettings) -> dict[str, Any]:
+        """Return, as plain values, a bag's settings with those that were named in their place; not checked.
+
+        Raises:
+            InputError: a file that cannot be read.
+        """
+        given, values = self.model_fields_set, recorded.to_dict()
+        if "space" in given:
+            file = DesignSpace.from_yaml(self.space) if self.space else DesignSpace()
+            own = {name: values["space"][name] for name in _OF_SPACE if name not in file.model_fields_set}
+            values["space"] = file.to_dict() | own
+        values["space"] |= {name: getattr(self, name) for name in _OF_SPACE if name in given}
+        values |= {name: getattr(self, name) for name in _OF_STUDY if name in given}
+        if "objectives" in given:
+            values["objectives"] = self.objectives.split(",")
+        if "spec" in given:
+            values["spec"] = load_spec(self.spec).to_dict()
+        return values
 
 
 class _Workers(Settings):
@@ -100,6 +126,21 @@ class _Workers(Settings):
     )
     simulated_s: float = Field(0.1, ge=0.0, le=_LONG_S, description="s of sleep in a simulated evaluation")
     memory_mb: int = Field(0, ge=0, le=_MANY, description="MB of data each worker may hold; 0: no limit")
+
+
+    def check_load(self, evaluators: int = 1, cores: int | None = None) -> None:
+        """See that the machine can bear so many evaluators' workers; simulated ones sleep, and may be many.
+
+        Raises:
+            InputError: more threads than anyone can mean.
+        """
+        cores = cores or os.cpu_count() or 1
+        most, asked = max(_MOST_THREADS, _MOST_PER_CORE * cores), evaluators * self.workers * self.threads
+        if self.engine != "simulated" and asked > most:
+            factors = {"evaluators": evaluators, "workers": self.workers, "threads": self.threads}
+            named = {name: factor for name, factor in factors.items() if factor > 1}
+            what = " x ".join(map(str, named.values())) + (f" = {asked}" if len(named) > 1 else "")
+            raise InputError(what, where=" x ".join(named), expected=f"at most {most} on {cores} cores")
 
 
 class EvaluatorOptions(_Workers):

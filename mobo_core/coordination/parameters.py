@@ -39,8 +39,13 @@ class Parameter:
 
     def refusal(self, given: object) -> InputError:
         """Return the error to raise for a value that does not fit."""
-        between = f" from {self.low:g} to {self.high:g}" if self.is_bounded else ""
+        between = f" from {_shown(self.low)} to {_shown(self.high)}" if self.is_bounded else ""
         return InputError(repr(given), where=f"parameter {self.name}", expected=_KINDS[type(self.default)] + between)
+
+
+def _shown(bound: float) -> str:
+    """Return a bound as people read it: all of its digits, unless it is the largest that a parameter can be."""
+    return "2^63 - 1" if bound == 2**63 - 1 else f"{bound:.15g}" if isinstance(bound, float) else str(bound)
 
 
 def parameters(options: type[Settings]) -> tuple[Parameter, ...]:

@@ -73,18 +73,23 @@ class StudySettings(Settings):
 
     def first_difference(self, other: StudySettings) -> tuple[str, object, object] | None:
         """Return (name, own value, other's value) of the first setting that differs, or None."""
+        return first_difference(self.to_dict(), other.to_dict())
 
-        def flat(values: dict[str, object], prefix: str = "") -> dict[str, object]:
-            out: dict[str, object] = {}
-            for name, value in values.items():
-                out |= flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
-            return out
 
-        own, others = flat(self.to_dict()), flat(other.to_dict())
-        for name, value in own.items():
-            if others.get(name) != value:
-                return name, value, others.get(name)
-        return None
+def first_difference(own: dict[str, object], others: dict[str, object]) -> tuple[str, object, object] | None:
+    """Return (name, own value, other's value) of the first of some plain settings that differs, or None."""
+
+    def flat(values: dict[str, object], prefix: str = "") -> dict[str, object]:
+        out: dict[str, object] = {}
+        for name, value in values.items():
+            out |= flat(value, f"{prefix}{name}.") if isinstance(value, dict) else {prefix + name: value}
+        return out
+
+    here, there = flat(own), flat(others)
+    for name in [*here, *there]:
+        if here.get(name) != there.get(name):
+            return name, here.get(name), there.get(name)
+    return None
 
 
 # A sampler's own parameters, by name: what it drew, and what a bag holds of it as JSON.

@@ -94,7 +94,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
 
 def main() -> int:
     """Run the node; return its exit code."""
-    return run("control", HELP, _body)
+    return run("control", HELP, None, _body)
 
 
 if __name__ == "__main__":

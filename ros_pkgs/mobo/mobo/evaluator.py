@@ -61,6 +61,7 @@ class _Watcher:
 
 def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options, log = declare(node, EvaluatorOptions), node.get_logger()
+    options.check_load()
     answering = Answering(node.get_name(), options.engine, options.threads, options.simulated_s)
     pool = WorkerPool(answering, options.workers, options.evaluation_timeout_s, options.memory_mb)
     publishers = {
@@ -90,7 +91,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
 
 def main() -> int:
     """Run the node; return its exit code."""
-    return run(default_name(), HELP, _body, light_executor)
+    return run(default_name(), HELP, EvaluatorOptions, _body, light_executor)
 
 
 if __name__ == "__main__":

@@ -17,14 +17,16 @@ from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run, su
 from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core import messages
-from mobo_core.bag.study_bag import StudyBag, check_bag
+from mobo_core.bag.study_bag import StudyBag
+from mobo_core.coordination.closing import closing_line, go_on_command
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.health import StudyHealth
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.parameters import help_text
+from mobo_core.coordination.plan import plan_study, total_trials
 from mobo_core.errors import MoboError
-from mobo_core.messages import encode
+from mobo_core.messages import decode, encode
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 
 HELP = help_text(
@@ -44,10 +46,10 @@ _STATUS_S = 0.5
 
 def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, OptimizerOptions)
-    settings, name, folder = options.settings(), options.study_name, options.folder
-    prefix = node.get_namespace().rstrip("/") + "/"
-    log = node.get_logger().info
-    check_bag(folder, name, settings, resume=options.resume)
+    plan, namespace = plan_study(options), node.get_namespace()
+    name, folder, log = plan.name, plan.folder, node.get_logger().info
+    if notice := plan.notice(options):
+        log(notice)
     # Before the claim, so that evaluators know them when the first candidate is sent.
     publishers = {
         "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
@@ -55,26 +57,30 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         "commands": node.create_publisher(Command, "commands", MESSAGES_QOS),
         "study": node.create_publisher(StudyStatus, "study", STATUS_QOS),
     }
-    namespace = NodeNamespace(node, name, folder, options.lease_s)
+    claim = NodeNamespace(node, name, folder, options.lease_s)
 
     def open_bag() -> StudyBag:
+        now = plan_study(options)  # whoever held the namespace or the bag may have changed it
         return StudyBag(
-            folder, name, settings, resume=options.resume, node=node.get_fully_qualified_name(), prefix=prefix
-        )
+            folder, now.name, now.settings, resume=now.goes_on,
+            node=node.get_fully_qualified_name(), prefix=namespace.rstrip("/") + "/",
+        )  # fmt: skip
 
-    bag = namespace.take(open_bag, executor, stop)
+    bag = claim.take(open_bag, executor, stop)
     if bag is None:
         return 1
     optimizer = None
     try:
-        namespace.hold()
+        claim.hold()
+        past = bag.past()
+        n_trials = total_trials(options, past.n_trials, len(past.trials)) if past is not None else options.n_trials
         dispatcher = Dispatcher(
             lease_s=options.lease_s,
             max_attempts=options.max_attempts,
             evaluation_timeout_s=options.evaluation_timeout_s,
         )
         optimizer = Optimizer(
-            bag, settings, options.n_trials, dispatcher,
+            bag, bag.settings, n_trials, dispatcher,
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
             warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
         )  # fmt: skip
@@ -83,7 +89,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         def report() -> None:
             publishers["study"].publish(encode(optimizer.status(optimizer.state)))
             if optimizer.best is not None:
-                best.show(*optimizer.best, settings.spec)
+                best.show(*optimizer.best, bag.settings.spec)
 
         on_evaluator, on_evaluation = optimizer.on_evaluator, optimizer.on_evaluation
         subscribe(node, EvaluatorStatus, "evaluators", lambda data: on_evaluator(data, clock()), MESSAGES_QOS)
@@ -93,7 +99,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         offer_services(node, optimizer, clock)
         health = StudyHealth(optimizer, dispatcher, folder)
         publish_health(node, "study", lambda: health.at(clock()))
-        log(f"study {name}: {options.n_trials} trials into {folder}")
+        log(f"study {bag.name}: {n_trials:,} trials into {folder}")
         if not optimizer.done:
             optimizer.record_status(messages.StudyStatus.RUNNING)
         while not (stop or optimizer.done or optimizer.controls.stopped):
@@ -103,6 +109,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         bag.close()
         publishers["study"].publish(final)
         publishers["study"].wait_for_all_acked(Duration(seconds=1))
+        log(closing_line(decode(messages.StudyStatus, final), folder, go_on_command(options, bag.name, namespace)))
         return 0 if optimizer.done else 1
     except BaseException as error:
         # The bag may be what failed: what is on disk stays, and the first error is the one to tell.
@@ -116,7 +123,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
 
 def main() -> int:
     """Run the node; return its exit code."""
-    return run("optimizer", HELP, _body)
+    return run("optimizer", HELP, OptimizerOptions, _body)
 
 
 if __name__ == "__main__":

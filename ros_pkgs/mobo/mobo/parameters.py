@@ -8,14 +8,12 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 
+from mobo_core.coordination.arguments import OF_ROS, nearest
 from mobo_core.coordination.parameters import Parameter, Value, parameters
 from mobo_core.errors import InputError
 from mobo_core.settings import Settings
 
 Options = TypeVar("Options", bound=Settings)
-
-# What rclpy itself takes as parameters.
-_OF_ROS = ("use_sim_time", "qos_overrides.", "start_type")
 
 
 def descriptor(parameter: Parameter) -> ParameterDescriptor:
@@ -38,8 +36,9 @@ def declare(node: Node, options: type[Options]) -> Options:
     given = node._parameter_overrides  # rclpy offers no public way to see those not declared
     known = {parameter.name: parameter for parameter in parameters(options)}
     for name in sorted(given):
-        if name not in known and not name.startswith(_OF_ROS):
-            raise InputError(f"unknown parameter {name!r}", where=node.get_name(), expected=", ".join(sorted(known)))
+        if name not in known and not name.startswith(OF_ROS):
+            expected = nearest(name, known) or ", ".join(sorted(known))
+            raise InputError(f"unknown parameter {name!r}", where=node.get_name(), expected=expected)
     set_outside = known.keys() & given.keys()
     values = {name: _declared(node, parameter) for name, parameter in known.items()}
     return options.of({name: values[name] for name in set_outside}, where="parameters")

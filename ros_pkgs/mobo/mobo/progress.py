@@ -17,7 +17,7 @@ class StudyProgress:
     """Shows the StudyStatus messages of a study on standard error."""
 
     def __init__(self, study: str, n_trials: int) -> None:
-        self._study, self._console = study, Console(stderr=True, highlight=False)
+        self._study, self._console = study, Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
         self._last_line, self._last_told = 0.0, -1
         self._bar: Progress | None = None
         if sys.stderr.isatty():

@@ -92,7 +92,7 @@ def _show_best(study: StudyRecord, trial: messages.Trial, best: BestArm, best_re
 
 def main() -> int:
     """Run the node; return its exit code."""
-    return run("replay", HELP, _body)
+    return run("replay", HELP, ReplayOptions, _body)
 
 
 if __name__ == "__main__":

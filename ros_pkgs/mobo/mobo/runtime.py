@@ -23,8 +23,10 @@ from rclpy.signals import SignalHandlerOptions  # noqa: E402
 from rclpy.utilities import try_shutdown  # noqa: E402
 
 from mobo.shared_memory import clean_shared_memory  # noqa: E402
+from mobo_core.coordination.arguments import check_arguments  # noqa: E402
 from mobo_core.coordination.processes import die_with_parent  # noqa: E402
 from mobo_core.errors import MoboError  # noqa: E402
+from mobo_core.settings import Settings  # noqa: E402
 
 # Set by the study supervisor for its children: "PID SIGNAL".
 PARENT_VARIABLE = "MOBO_PARENT"
@@ -81,16 +83,24 @@ def light_executor() -> Executor:
 def run(
     name: str,
     help_text: str,
+    options: type[Settings] | None,
     body: Callable[[Node, Executor, Stop], int],
     make_executor: Callable[[], Executor] = SingleThreadedExecutor,
 ) -> int:
     """Run a node: ``body`` gets the node, its executor and the stop flag, and returns the exit code.
 
+    ``options`` are its parameters; None: it has none, but reads its command line itself.
     Errors that mobo raises on purpose become one line on stderr and their exit code.
     """
     if {"-h", "--help"} & set(sys.argv[1:]):
         print(help_text)
         return 0
+    executable = name.split("_")[0]
+    try:
+        check_arguments(executable, sys.argv[1:], None if options is None else options.model_fields)
+    except MoboError as error:
+        print(f"mobo {executable}: {error}", file=sys.stderr)
+        return error.exit_code
     if parent := os.environ.pop(PARENT_VARIABLE, ""):
         pid, number = parent.split()
         die_with_parent(int(pid), int(number))
@@ -99,7 +109,7 @@ def run(
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # rcl's own exceptions have no common base
-        print(f"mobo {name}: arguments not understood ({' '.join(str(error).split())[:300]})", file=sys.stderr)
+        print(f"mobo {executable}: arguments not understood ({' '.join(str(error).split())[:300]})", file=sys.stderr)
         return 2
     node = executor = None
     try:
@@ -108,7 +118,7 @@ def run(
         executor.add_node(node)
         return body(node, executor, stop)
     except MoboError as error:
-        print(f"mobo {name.split('_')[0]}: {error}", file=sys.stderr)
+        print(f"mobo {executable}: {error}", file=sys.stderr)
         return error.exit_code
     finally:
         if executor is not None:

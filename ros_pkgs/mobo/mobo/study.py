@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import signal
 import sys
 import time
@@ -15,8 +14,11 @@ from mobo.parameters import declare
 from mobo.progress import StudyProgress
 from mobo.runtime import STATUS_QOS, Stop, run, subscribe
 from mobo_core import messages
+from mobo_core.coordination.arguments import parameter_word
+from mobo_core.coordination.closing import closing_line, go_on_command
 from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
 from mobo_core.coordination.parameters import help_text
+from mobo_core.coordination.plan import StudyPlan, plan_study
 from mobo_core.coordination.supervision import Restarts
 from mobo_core.errors import InputError
 from mobo_core.messages import decode
@@ -38,13 +40,16 @@ def _arguments(node: Node, options: StudyOptions, of: type[Settings], *more: str
     # The progress bar tells what the nodes would; warnings come through.
     arguments = ["-r", f"__ns:={node.get_namespace()}", "--log-level", "warn"]
     for name in sorted(of.model_fields.keys() & {*options.model_fields_set, *more}):
-        arguments += ["-p", f"{name}:={json.dumps(getattr(options, name))}"]
+        arguments += ["-p", parameter_word(name, getattr(options, name))]
     return arguments
 
 
 class _Supervisor:
-    def __init__(self, node: Node, options: StudyOptions) -> None:
-        self._progress = StudyProgress(options.study_name, options.n_trials)
+    def __init__(self, node: Node, options: StudyOptions, plan: StudyPlan) -> None:
+        self._progress = StudyProgress(plan.name, options.n_trials)
+        if notice := plan.notice(options):
+            self._progress.say(notice)
+        self._folder, self._go_on = plan.folder, go_on_command(options, plan.name, node.get_namespace())
         self._restarts = Restarts()
         asked = _arguments(node, options, OptimizerOptions)
         self.optimizer = Child("optimizer", asked, signal.SIGTERM)
@@ -53,7 +58,7 @@ class _Supervisor:
         answered = _arguments(node, options, EvaluatorOptions, "workers")
         for _ in range(options.evaluators):
             self.evaluators.append(Child("evaluator", answered, signal.SIGKILL))
-        self._study = options.study_name
+        self._study = plan.name
         self.status: messages.StudyStatus | None = None
         subscribe(node, StudyStatus, "study", self._on_status, STATUS_QOS)
 
@@ -92,27 +97,36 @@ class _Supervisor:
                 child.start()
         return None
 
-    def close(self) -> None:
-        """End the optimizer, which finishes its bag, then the evaluators; leave none behind."""
+    def close(self, executor: Executor) -> None:
+        """End the optimizer, which finishes its bag, then the evaluators; leave none behind, but a line."""
         until = time.monotonic() + _PATIENCE_S
         self.optimizer.stop()
+        while self.optimizer.process.poll() is None and time.monotonic() < until:
+            executor.spin_once(timeout_sec=0.05)  # it waits until its last word is heard
         self.optimizer.wait(until)
         for child in self.evaluators:
             child.stop()
         for child in self.evaluators:
             child.wait(until)
         self._progress.close()
+        if self.optimizer.process.returncode != 2:  # which it explains itself
+            self._progress.say(closing_line(self.status, self._folder, self._go_on))
 
 
 def _body(node: Node, executor: Executor, stop: Stop) -> int:
-    supervisor = _Supervisor(node, declare(node, StudyOptions))
+    options = declare(node, StudyOptions)
+    options.check_load(options.evaluators)
+    plan = plan_study(options)
+    if stop:
+        return 1
+    supervisor = _Supervisor(node, options, plan)
     code: int | None = None
     try:
         while not stop and code is None:
             executor.spin_once(timeout_sec=0.1)
             code = supervisor.step()
     finally:
-        supervisor.close()
+        supervisor.close(executor)
     if code is None:
         code = supervisor.optimizer.process.returncode
     return code if code in (0, 2) else 1
@@ -120,7 +134,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
 
 def main() -> int:
     """Run the node; return its exit code."""
-    return run("study", HELP, _body)
+    return run("study", HELP, StudyOptions, _body)
 
 
 if __name__ == "__main__":
