@@ -163,6 +163,16 @@ def test_without_a_last_word_the_bag_is_asked(bag: Path, heard: StudyStatus | No
     assert closing_line(heard, bag, "…").startswith("stopped at 12" + (" of 40" if heard else "") + " trials")
 
 
+def test_a_study_that_is_done_is_known_from_its_bag(tmp_path: Path) -> None:
+    """With the same words as from the optimizer's last one."""
+    last = []
+    folder = run_study(tmp_path / "s", 20, meanwhile=lambda optimizer: bool(last.append(optimizer)))
+    from_bag, from_optimizer = (
+        closing_line(last[-1].status(state), folder, "") for state in (StudyStatus.RUNNING, StudyStatus.DONE)
+    )
+    assert from_bag.startswith("done: 20 trials, best reach") and from_bag == from_optimizer
+
+
 def test_the_last_line_of_a_study_that_is_done(tmp_path: Path) -> None:
     """What came of it, and the report; names are quoted as a shell wants them."""
     folder = tmp_path / "my bag"

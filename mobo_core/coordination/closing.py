@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable
 from pathlib import Path
 
 from mobo_core.bag.blank import is_blank
 from mobo_core.bag.collector import read_study
+from mobo_core.bag.validity import values_of
 from mobo_core.coordination.arguments import command_line, parameter_word
 from mobo_core.coordination.options import OptimizerOptions, StudyOptions
 from mobo_core.errors import InputError
 from mobo_core.messages import StudyStatus
+from mobo_core.search.front import RunningFront
 
 # What the bag does not say: how a study is run.
 _HOW = ("bag", "lease_s", "max_attempts", "evaluation_timeout_s")
@@ -29,6 +30,11 @@ def go_on_command(options: OptimizerOptions, name: str, namespace: str = "/") ->
     return command_line(executable, [*words, "-p", "resume:=true"])
 
 
+def is_last(status: StudyStatus | None) -> bool:
+    """Return whether nothing comes after a status."""
+    return status is not None and status.state in (StudyStatus.DONE, StudyStatus.STOPPED, StudyStatus.FAILED)
+
+
 def closing_line(status: StudyStatus | None, folder: Path, go_on: str) -> str:
     """Return the line on a study that ended.
 
@@ -37,7 +43,7 @@ def closing_line(status: StudyStatus | None, folder: Path, go_on: str) -> str:
         folder: of the bag.
         go_on: the command that goes on with it.
     """
-    if status is None or status.state not in (StudyStatus.DONE, StudyStatus.STOPPED, StudyStatus.FAILED):
+    if not is_last(status):
         status = _from_bag(folder, status)
     if status is None or not status.asked or not folder.is_dir() or is_blank(folder):
         return f"stopped before the first trial; nothing is left in {folder} that would hinder a new start"
@@ -60,15 +66,19 @@ def _from_bag(folder: Path, heard: StudyStatus | None) -> StudyStatus | None:
         study = read_study(folder)
     except InputError:
         return None
-    total = study.n_trials or (int(heard.n_trials) if heard is not None else 0)
+    total, told, complete = study.n_trials, len(study.trials), study.complete_trials()
+    if not total and heard is not None:
+        total = int(heard.n_trials)
+    front = RunningFront(study.settings.aims)
+    for trial in complete:
+        front.add(values_of(trial, study.settings.objectives))
     return StudyStatus(
         study=study.name,
-        state=StudyStatus.STOPPED,
+        state=StudyStatus.DONE if 0 < total <= told else StudyStatus.STOPPED,
         n_trials=total,
-        asked=_count(candidate.trial for candidate in study.candidates),
-        told=len(study.trials),
+        asked=len({candidate.trial for candidate in study.candidates}),
+        told=told,
+        failed=told - len(complete),
+        best_reach=max((trial.reach for trial in complete), default=0.0),
+        front_size=len(front),
     )
-
-
-def _count(trials: Iterable[int]) -> int:
-    return len(set(trials))

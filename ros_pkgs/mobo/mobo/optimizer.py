@@ -48,8 +48,6 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, OptimizerOptions)
     plan, namespace = plan_study(options), node.get_namespace()
     name, folder, log = plan.name, plan.folder, node.get_logger().info
-    if notice := plan.notice(options):
-        log(notice)
     # Before the claim, so that evaluators know them when the first candidate is sent.
     publishers = {
         "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
@@ -69,6 +67,8 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
     bag = claim.take(open_bag, executor, stop)
     if bag is None:
         return 1
+    if notice := plan.notice(options):
+        log(notice)
     optimizer = None
     try:
         claim.hold()

@@ -15,7 +15,7 @@ from mobo.progress import StudyProgress
 from mobo.runtime import STATUS_QOS, Stop, run, subscribe
 from mobo_core import messages
 from mobo_core.coordination.arguments import parameter_word
-from mobo_core.coordination.closing import closing_line, go_on_command
+from mobo_core.coordination.closing import closing_line, go_on_command, is_last
 from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.plan import StudyPlan, plan_study
@@ -33,6 +33,7 @@ HELP = help_text(
 )
 
 _PATIENCE_S = 10.0
+_LAST_WORD_S = 0.5  # an optimizer that ends waits until its last word has come in here
 
 
 def _arguments(node: Node, options: StudyOptions, of: type[Settings], *more: str) -> list[str]:
@@ -102,8 +103,11 @@ class _Supervisor:
         until = time.monotonic() + _PATIENCE_S
         self.optimizer.stop()
         while self.optimizer.process.poll() is None and time.monotonic() < until:
-            executor.spin_once(timeout_sec=0.05)  # it waits until its last word is heard
+            executor.spin_once(timeout_sec=0.05)
         self.optimizer.wait(until)
+        heard = time.monotonic() + _LAST_WORD_S
+        while self.optimizer.process.returncode in (0, 1) and not is_last(self.status) and time.monotonic() < heard:
+            executor.spin_once(timeout_sec=0.05)
         for child in self.evaluators:
             child.stop()
         for child in self.evaluators:
