@@ -186,9 +186,9 @@ def _check(folder: Path, name: str, settings: StudySettings, *, resume: bool) ->
     return recorded is not None
 
 
-def _same_study(old: str, recorded: StudySettings, name: str, settings: StudySettings, where: str) -> None:
-    if old != name:
-        raise InputError(f"holds study {old!r}", where=where, expected=f"study {name!r}")
+def _same_study(its_name: str, recorded: StudySettings, name: str, settings: StudySettings, where: str) -> None:
+    if its_name != name:
+        raise InputError(f"holds study {its_name!r}", where=where, expected=f"study {name!r}")
     difference = recorded.first_difference(settings)
     if difference:
         setting, old, new = difference

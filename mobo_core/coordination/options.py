@@ -95,18 +95,17 @@ class OptimizerOptions(Settings):
         return StudySettings.of(values, where="parameters")
 
 
-    def named(self, recorded: StudySettings) -> dict[str, Any]:
+    def named(self, recorded: StudySettings) -> dict[str, object]:
         """Return, as plain values, a bag's settings with those that were named in their place; not checked.
 
         Raises:
             InputError: a file that cannot be read.
         """
-        given, values = self.model_fields_set, recorded.to_dict()
+        given, values, space = self.model_fields_set, recorded.to_dict(), recorded.space.to_dict()
         if "space" in given:
             file = DesignSpace.from_yaml(self.space) if self.space else DesignSpace()
-            own = {name: values["space"][name] for name in _OF_SPACE if name not in file.model_fields_set}
-            values["space"] = file.to_dict() | own
-        values["space"] |= {name: getattr(self, name) for name in _OF_SPACE if name in given}
+            space = file.to_dict() | {name: space[name] for name in _OF_SPACE if name not in file.model_fields_set}
+        values["space"] = space | {name: getattr(self, name) for name in _OF_SPACE if name in given}
         values |= {name: getattr(self, name) for name in _OF_STUDY if name in given}
         if "objectives" in given:
             values["objectives"] = self.objectives.split(",")

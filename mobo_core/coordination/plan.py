@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from mobo_core.bag.study_bag import check_new, recorded_study
 from mobo_core.coordination.options import OptimizerOptions
@@ -68,7 +68,7 @@ def total_trials(options: OptimizerOptions, recorded: int, told: int) -> int:
     return max(options.n_trials if named else recorded or _DEFAULT_TRIALS, told)
 
 
-def _check_named(asked: dict[str, Any], settings: StudySettings, where: str) -> None:
+def _check_named(asked: dict[str, object], settings: StudySettings, where: str) -> None:
     difference = first_difference(settings.to_dict(), asked)
     if difference:
         setting, old, new = difference
