@@ -102,10 +102,12 @@ class OptimizerOptions(Settings):
             InputError: a file that cannot be read.
         """
         given, values, space = self.model_fields_set, recorded.to_dict(), recorded.space.to_dict()
+        over = {name: getattr(self, name) for name in _OF_SPACE if name in given}
         if "space" in given:
-            file = DesignSpace.from_yaml(self.space) if self.space else DesignSpace()
-            space = file.to_dict() | {name: space[name] for name in _OF_SPACE if name not in file.model_fields_set}
-        values["space"] = space | {name: getattr(self, name) for name in _OF_SPACE if name in given}
+            read = load_space(self.space, over) if self.space else DesignSpace()
+            fixed = () if self.space in SPACES else read.model_fields_set  # a sampler may win over a preset
+            space = read.to_dict() | {name: space[name] for name in _OF_SPACE if name not in fixed}
+        values["space"] = space | over
         values |= {name: getattr(self, name) for name in _OF_STUDY if name in given}
         if "objectives" in given:
             values["objectives"] = self.objectives.split(",")
