@@ -4,16 +4,23 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import os
 import signal
+import subprocess
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from nodes import Nodes, finish, output, told_so_far, values, wait_for
+from peer import Peer
 
 from mobo_core.coordination.namespace_claim import CLAIM_FRESH_S, LISTEN_S, Claimant, NamespaceClaim
+from mobo_core.coordination.namespace_lock import NamespaceLock
 from mobo_core.errors import InUseError
+from mobo_core.messages import Header, encode
 
 LEASE_S = 5.0
 
@@ -108,6 +115,89 @@ def test_optimizers_started_at_once_in_one_namespace(nodes: Nodes, tmp_path: Pat
     nodes.start("evaluator", workers=1)
     assert finish(waiting) == 0, output(waiting)
     assert len(values(bags[holder])) == 4
+
+
+def test_a_namespace_is_one_process_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In each ROS domain; who comes second learns who has it, and gets it when that one ends, however it ends."""
+    namespace = f"/test_{os.getpid()}"
+    module = NamespaceLock.__module__
+    holding = f"from {module} import NamespaceLock as Lock; lock = Lock({namespace!r}); print(flush=True); input()"
+    with subprocess.Popen([sys.executable, "-c", holding], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
+        assert holder.stdout is not None and holder.stdout.readline()
+        with pytest.raises(InUseError, match=f"in use by an optimizer on .*, pid {holder.pid}; expected a namespace"):
+            NamespaceLock(namespace)
+        known = Claimant(1, "here", holder.pid, "/left/optimizer")
+        with pytest.raises(InUseError, match=f"in use by /left/optimizer on here, pid {holder.pid}"):
+            NamespaceLock(namespace, lambda pid: known if pid == holder.pid else None)
+        NamespaceLock(namespace + "/other").release()
+        with monkeypatch.context() as other_domain:
+            other_domain.setenv("ROS_DOMAIN_ID", "77")
+            NamespaceLock(namespace).release()
+        holder.kill()
+    NamespaceLock(namespace).release()
+
+
+def test_a_claimant_knows_those_it_has_heard_of() -> None:
+    """By process, on its own host."""
+    claim = NamespaceClaim(Claimant(5, "here", 7, "/b"), 0.0, lease_s=LEASE_S)
+    rival, holder = Claimant(1, "here", 42, "/a"), Claimant(2, "there", 43, "/c")
+    claim.claimed(rival, 0.0)
+    claim.held(holder, 0.0)
+    assert claim.known(42) == rival and claim.known(43) is None and claim.known(1) is None
+
+
+@pytest.mark.ros
+def test_two_optimizers_on_a_busy_machine(nodes: Nodes, tmp_path: Path) -> None:
+    """Started 2 s apart in each of three namespaces, while others take all cores: one of each pair goes on."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2 * (os.cpu_count() or 1))]
+    try:
+        spaces = range(3)
+
+        def start(which: str) -> list[subprocess.Popen[str]]:
+            return [
+                nodes.start(
+                    "optimizer", f"__ns:=/n{i}", bag=tmp_path / f"{which}{i}", spec=nodes.spec, lease_s=0.5
+                )
+                for i in spaces
+            ]  # fmt: skip
+
+        first = start("a")
+        with pytest.raises(subprocess.TimeoutExpired):
+            first[0].wait(2.0)
+        pairs = list(zip(first, start("b"), strict=True))
+        for pair in pairs:
+            wait_for(lambda pair=pair: any(node.poll() is not None for node in pair), "one of a pair to end")
+        wait_for(lambda: len(list(tmp_path.glob("*/*.mcap"))) == 3, "three bags")
+        for pair in pairs:
+            (holder,) = [node for node in pair if node.poll() is None]
+            (other,) = [node for node in pair if node.poll() is not None]
+            assert other.returncode == 2 and f"pid {holder.pid}; expected" in output(other).splitlines()[-1]
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
+@pytest.mark.ros
+def test_of_two_that_run_after_all_the_later_one_ends(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
+    """A holder answers a younger one with its name, and ends when it hears of an older one."""
+    from mobo.namespace_claim import _holders_qos
+    from mobo_msgs.msg import OptimizerStatus as Kind
+
+    peer.hear("optimizers", "OptimizerStatus", Kind, latched=True)
+    optimizer = nodes.optimizer(tmp_path / "bag", n_trials=4)
+    peer.until(lambda: "optimizers" in peer.heard, "it to hold its namespace")
+    publisher = peer.node.create_publisher(Kind, "optimizers", _holders_qos())
+    own = peer.heard["optimizers"][0]
+    younger = replace(own, header=Header.at(own.header.time_ns + 1), pid=1, optimizer="/younger")
+    publisher.publish(encode(younger))
+    peer.until(lambda: sum(m.pid == own.pid for m in peer.heard["optimizers"]) >= 3, "it to repeat its name")
+    assert optimizer.poll() is None
+    older = replace(own, header=Header.at(own.header.time_ns - 1), pid=2, optimizer="/older")
+    publisher.publish(encode(older))
+    peer.until(lambda: optimizer.poll() is not None, "it to end")
+    assert optimizer.returncode == 2
+    assert f"in use by /older on {own.host_id}, pid 2; expected" in output(optimizer).splitlines()[-1]
 
 
 @pytest.mark.ros

@@ -63,6 +63,11 @@ class NamespaceClaim:
         """Take from the network how many holders are alive."""
         self._alive = holders > 0
 
+    def known(self, pid: int) -> Claimant | None:
+        """Return whom of those on this host, by its process id, this claim has heard of."""
+        heard = [*self._claims, *([] if self._holder is None else [self._holder])]
+        return next((other for other in heard if (other.host, other.pid) == (self.me.host, pid)), None)
+
     def in_the_way(self, now: float) -> Claimant | None:
         """Return whom this claim waits for, if anyone."""
         rivals = [other for other, heard in self._claims.items() if now - heard < CLAIM_FRESH_S and other < self.me]

@@ -2,7 +2,8 @@
 
 Who runs has a publisher on ``optimizers``, which the others see as soon as they have found its node, and whose
 liveliness the middleware watches: a killed one is gone after two seconds, a busy one is not. Who wants to run
-says so on ``claims`` and listens first; who runs answers that with its name.
+says so on ``claims`` and listens first; who runs answers that with its name. On one host the kernel decides. Should
+two run after all, on networks that became one or lost messages, each repeats its name and the later one ends.
 """
 
 from __future__ import annotations
@@ -24,12 +25,14 @@ from mobo_core import messages
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import host_id
 from mobo_core.coordination.namespace_claim import Claimant, NamespaceClaim, in_use
+from mobo_core.coordination.namespace_lock import NamespaceLock
 from mobo_core.errors import InputError, InUseError
 from mobo_core.messages import decode, encode
 from mobo_msgs.msg import OptimizerStatus
 
 _REPEAT_S = 0.1
 _ALIVE_S = 2.0
+_HOLD_REPEAT_S = 1.0
 
 
 def _holders_qos() -> QoSProfile:
@@ -60,6 +63,7 @@ class NodeNamespace:
         )
         self._claim = NamespaceClaim(_claimant(self._message), time.monotonic(), lease_s=lease_s)
         self._holder: Publisher | None = None
+        self._lock: NamespaceLock | None = None
         self._dead = 0
         self._said = ""
         self._lease_s = lease_s
@@ -82,6 +86,8 @@ class NodeNamespace:
             now = time.monotonic()
             if self._claim.may_go(now, self._where):
                 try:
+                    if self._lock is None:
+                        self._lock = NamespaceLock(self._node.get_namespace(), self._claim.known)
                     return open_bag()
                 except InUseError as error:
                     until = until or now + self._lease_s
@@ -103,16 +109,20 @@ class NodeNamespace:
     def hold(self) -> None:
         """Tell the others that the namespace is taken, until this node ends."""
         self._holder = self._node.create_publisher(OptimizerStatus, "optimizers", _holders_qos())
-        self._holder.publish(encode(self._message))
+        self._publish_holder()
         self._node.destroy_timer(self._repeat)
+        self._node.create_timer(_HOLD_REPEAT_S, self._publish_holder)
+
+    def _publish_holder(self) -> None:
+        if self._holder is not None:
+            self._holder.publish(encode(self._message))
 
     def _on_claim(self, data: bytes) -> None:
         other = _read(data)
         if other is None or other == self._claim.me:
             return
         self._claim.claimed(other, time.monotonic())
-        if self._holder is not None:
-            self._holder.publish(encode(self._message))
+        self._publish_holder()
 
     def _on_holder(self, data: bytes) -> None:
         other = _read(data)
@@ -121,7 +131,7 @@ class NodeNamespace:
         if self._holder is None:
             self._claim.held(other, time.monotonic())
         elif other < self._claim.me:
-            # Two networks that became one: the study that began later ends.
+            # Two networks that became one, say: the study that began later ends.
             raise in_use(other, self._where)
 
     def _on_liveliness(self, event: QoSLivelinessChangedInfo) -> None:
