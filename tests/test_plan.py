@@ -15,11 +15,14 @@ from mobo_core.bag.lock import LOCK_FILE
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.arguments import check_arguments
 from mobo_core.coordination.closing import closing_line, go_on_command
+from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
 from mobo_core.coordination.plan import plan_study, total_trials
 from mobo_core.errors import InputError
-from mobo_core.messages import StudyStatus
+from mobo_core.messages import EvaluatorStatus, StudyStatus, encode
 from mobo_core.search.study import StudySettings
+from mobo_core.version import __version__
 
 SEVEN: dict[str, Any] = {
     "space": {"n_joints": 7, "lengths": "sequential", "motor_mass": 0.7}, "spec": {"poses_per_voxel": 3},
@@ -202,3 +205,19 @@ def test_a_machine_is_not_asked_for_more_than_it_can_bear() -> None:
         EvaluatorOptions.of({"workers": 1000}).check_load(cores=2)
     with pytest.raises(InputError, match="evaluators x workers: 3 x 32 = 96; expected at most 64 on 4 cores"):
         StudyOptions.of({"workers": 32}).check_load(evaluators=3, cores=4)
+
+
+def test_an_evaluator_of_another_version_is_named_once(tmp_path: Path) -> None:
+    """When it joins; one of this version without a word on it."""
+    said: list[str] = []
+    settings = StudySettings.of({"sampler": "random"})
+    bag = StudyBag(tmp_path / "s", "s", settings, resume=False)
+    optimizer = Optimizer(bag, settings, 5, Dispatcher(), lambda topic, data: None, log=said.append)
+    for now in (0.0, 1.0):
+        for version in (__version__, "9.9", ""):
+            status = EvaluatorStatus(evaluator=f"e{version}", workers=1, mobo_version=version, host_id="here")
+            optimizer.on_evaluator(encode(status), now)
+    bag.close()
+    here = f", another than here ({__version__})"
+    joined = [line for line in said if " joined: " in line]
+    assert [line.split("mobo ")[-1] for line in joined] == [__version__, f"9.9{here}", f"of an unknown version{here}"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from studies import mobo
 
 from mobo_core.bag.collector import read_study
 from mobo_core.errors import InputError
-from mobo_core.report.console import front_table, prefix_table
+from mobo_core.report.console import console_for, front_table, prefix_table
 from mobo_core.report.page import study_page
 from mobo_core.report.prefixes import groups
 from mobo_core.report.table import StudyTable, study_table
@@ -78,3 +79,22 @@ def test_objectives_beyond_reach_and_torque_have_columns(tmp_path: Path) -> None
     console.print(front_table(table), prefix_table(groups(table), 75))
     shown = console.file.getvalue()
     assert "mass kg" in shown and shown.count(" 3.25 ") == len(table.front)
+
+
+@pytest.mark.parametrize("columns", ["20", "80", "300"])
+@pytest.mark.parametrize("terminal", [True, False])
+def test_numbers_are_never_broken_over_lines(
+    table: StudyTable, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], columns: str, terminal: bool
+) -> None:
+    """However narrow it is; off a terminal a row is a line."""
+    monkeypatch.setenv("COLUMNS", columns)
+    monkeypatch.setenv("FORCE_COLOR" if terminal else "NO_COLOR", "1")
+    front = front_table(table)
+    console_for(front, prefix_table(groups(table), 75)).print(front)
+    shown = re.sub(r"\x1b[^m]*m", "", capsys.readouterr().out)
+    words = set(shown.split())
+    for row in table.front:
+        cells = [f"{row.reach:.2f}", f"{row.torque:.1f}", row.joints, *(f"{length:.3f}" for length in row.lengths)]
+        assert words.issuperset(cells[:3])
+        assert terminal or any(set(cells[:3]) <= set(line.split()) for line in shown.splitlines())
+    assert "…" not in shown

@@ -65,21 +65,19 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print(report: Report) -> None:
-    from rich.console import Console
-
-    from mobo_core.report.console import front_table, prefix_table
+    from mobo_core.report.console import console_for, front_table, prefix_table
     from mobo_core.report.prefixes import found
 
     table = report.table
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(width=140, highlight=False)  # a file or pipe has no width of its own
     failed = f", {len(table.failed)} failed" if table.failed else ""
     print(f"{report.study.name}: {len(table.rows)} trials told{failed}, {len(table.front)} on the front\n")
     if table.complete:
-        console.print(front_table(table))
+        front = front_table(table)
+        prefixes = prefix_table(found(report.groups, others=_OTHER_PREFIXES), table.n_voxels)
+        console = console_for(front, prefixes)
+        console.print(front)
         console.print()
-        console.print(prefix_table(found(report.groups, others=_OTHER_PREFIXES), table.n_voxels))
+        console.print(prefixes)
         hidden = sum(not group.in_paper for group in report.groups) - _OTHER_PREFIXES
         if hidden > 0:
             print(f"on the page: {hidden} more\n")

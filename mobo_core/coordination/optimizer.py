@@ -31,6 +31,7 @@ from mobo_core.messages import (
     encode,
 )
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings
+from mobo_core.version import __version__
 
 # Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
 _MAX_UNUSED_RECORDED = 16
@@ -126,7 +127,9 @@ class Optimizer:
             ]
             if self._dispatcher.heard(name, status.workers, holds, now):
                 self._record_evaluator(status, EvaluatorStatus.JOINED)
-                self._log(f"{name} joined: {status.workers} workers, {status.engine}, mobo {status.mobo_version}")
+                version = status.mobo_version or "of an unknown version"
+                other = "" if version == __version__ else f", another than here ({__version__})"
+                self._log(f"{name} joined: {status.workers} workers, {status.engine}, mobo {version}{other}")
         self.tick(now)
 
     def on_evaluation(self, data: bytes, now: float) -> None:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from rich.box import Box
+from rich.cells import cell_len
+from rich.console import Console
+from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
@@ -13,6 +16,22 @@ from mobo_core.report.table import StudyTable
 
 # A line below the headings, and one at the end of a section.
 _LINES = Box("    \n    \n ── \n    \n ── \n    \n    \n    \n")
+
+_FOLDS = "known as"
+
+
+def console_for(*tables: Table) -> Console:
+    """Return a console in which no number of the tables is broken over lines: all of a row on one if it is no terminal.
+
+    A terminal's lines are folded between numbers, by itself if it is narrower than one of them.
+    """
+    console = Console(highlight=False)
+    for column in (column for table in tables for column in table.columns if column.header != _FOLDS):
+        column.min_width = max(map(cell_len, map(str, column.cells)))
+    wide = console.options.update(max_width=10_000)
+    sizes = [Measurement.get(console, wide, table) for table in tables]
+    needed = max(size.minimum if console.is_terminal else size.maximum for size in sizes)
+    return Console(width=max(console.width, needed), highlight=False)
 
 
 def front_table(table: StudyTable) -> Table:
@@ -28,7 +47,7 @@ def front_table(table: StudyTable) -> Table:
         out.add_column(heading, justify="left" if heading == "joints" else "right")
     for heading in table.further.values():
         out.add_column(heading.replace("[", "").replace("]", ""), justify="right")
-    for heading in ("lengths m", "known as"):
+    for heading in ("lengths m", _FOLDS):
         out.add_column(heading)
     useful = table.useful_front
     for row in useful:
