@@ -5,19 +5,34 @@ from __future__ import annotations
 import itertools
 import math
 import random
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
+import numpy as np
 import optuna
+import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from optuna.trial import FixedTrial
+from studies import run_study
 
-from mobo_core.design import SPACES, Design, DesignSpace, effective_joints, load_space
+from mobo_core.bag.collector import read_study
+from mobo_core.design import SPACES, Design, DesignSpace, effective_joints, load_space, to_urdf
 from mobo_core.design.lengths import Links, nearest
+from mobo_core.design.numbers import of_joint
+from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError
+from mobo_core.evaluation import EvaluationSpec
+from mobo_core.evaluation.chain import chain_from_urdf
+from mobo_core.evaluation.evaluate import evaluate
+from mobo_core.search import contract
+from mobo_core.search.samplers.registry import SAMPLERS
+from mobo_core.search.study import StudySettings
 from mobo_core.settings import Settings
+from mobo_core.verify.verify import verify
 
 MODES = ("fractions", "sequential")
 METRES = st.floats(0, 0.5).map(lambda x: round(x, 3))
@@ -219,3 +234,149 @@ def test_nearest(intervals: list[tuple[float, float]], x: float) -> None:
     found = nearest(intervals, x)
     assert any(low <= found <= high for low, high in intervals)
     assert all(abs(found - x) <= abs(end - x) for pair in intervals for end in pair)
+
+
+def motors(urdf: str) -> list[str]:
+    """Return the names of a URDF's collision shapes."""
+    robot = ElementTree.fromstring(urdf)
+    return [shape.get("name", "") for shape in robot.iter("collision")]
+
+
+BODIES = {"motor_radius": 0.02, "motor_length": [0.03, 0.02, 0.01]}
+
+
+def test_motor_bodies_are_capsules_along_the_axes() -> None:
+    """Each is a further shape of its joint's link; pairs that touch in the straight arm are left out."""
+    design = Design("YPR", (0.2, 0.0, 0.25))
+    plain = to_urdf(design, DesignSpace(n_joints=3))
+    assert motors(plain) == ["link_1", "link_3"]
+    urdf = to_urdf(design, DesignSpace.of({"n_joints": 3} | BODIES))
+    assert motors(urdf) == ["motor_1", "link_1", "motor_2", "motor_3", "link_3"]
+    chain = chain_from_urdf(urdf)
+    np.testing.assert_allclose(chain.capsule_radius, [0.02, 0.015, 0.02, 0.02, 0.015])
+    along = chain.capsule_b - chain.capsule_a
+    # Joint frames are turned so that every axis is z.
+    np.testing.assert_allclose(np.abs(along[[0, 2, 3]]), [[0, 0, 0.03], [0, 0, 0.02], [0, 0, 0.01]], atol=1e-15)
+    assert {tuple(pair) for pair in chain.pairs} == {(0, 2), (0, 3), (0, 4)}
+
+
+def test_motor_bodies_collide() -> None:
+    """A folded arm that is free without motors is not with them."""
+    design, spec = Design("YPPYPY", (0.05, 0.25, 0.15, 0.05, 0.05, 0.05)), EvaluationSpec.of({"poses_per_voxel": 5})
+    free, bound = (
+        evaluate(design, spec, space=DesignSpace.of(values))
+        for values in ({}, {"motor_radius": 0.04, "motor_length": 0.05})
+    )
+    assert bound.failures()["in_collision"] > free.failures()["in_collision"]
+    assert 0 < bound.reach < free.reach
+
+
+@pytest.mark.parametrize("height, tilt", [(0.3, 0.0), (0.0, 0.5), (0.2, -math.pi / 2)])
+def test_the_base_moves_the_arm_as_a_whole(height: float, tilt: float) -> None:
+    """The tip is where a turn about y and a lift put that of the arm at the origin; the root stays base_link."""
+    space = DesignSpace.of({"n_joints": 3, "base_height": height, "base_tilt": tilt})
+    design = space.arm("YPR", (0.1, 0.2, 0.3))
+    model = pin.buildModelFromXML(to_urdf(design, space))
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, np.zeros(3))
+    tip = data.oMf[model.getFrameId("tool")].translation
+    np.testing.assert_allclose(tip, [0.6 * math.sin(tilt), 0, height + 0.6 * math.cos(tilt)], atol=1e-12)
+    assert model.getFrameId("base_link", pin.BODY) < model.getFrameId("mount", pin.BODY) < model.nframes
+
+
+def test_an_upright_arm_at_the_origin_has_no_mount() -> None:
+    """Its URDF is that of the paper's space, to the byte."""
+    design = Design("YPR", (0.1, 0.2, 0.3))
+    plain = to_urdf(design, DesignSpace(n_joints=3))
+    assert "mount" not in plain
+    searched = DesignSpace.of({"n_joints": 3, "base_height": [-0.1, 0.1], "base_tilt": ["-30deg", "30deg"]})
+    assert to_urdf(searched.arm("YPR", design.lengths), searched) == plain
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_searched_base(mode: str) -> None:
+    """Its height and tilt are parameters, and are found again."""
+    space = DesignSpace.of({"base_height": [0.0, 0.5], "base_tilt": [0, "90deg"], "lengths": mode})
+    study = optuna.create_study(sampler=optuna.samplers.RandomSampler(seed=0))
+    for _ in range(20):
+        trial = study.ask()
+        design = space.suggest(trial)
+        assert design.base_height == trial.params["base_height"] and design.base_tilt == trial.params["base_tilt"]
+        again = space.design(space.params(design))
+        assert (again.base_height, again.base_tilt) == (design.base_height, design.base_tilt)
+        assert again.lengths == pytest.approx(design.lengths, rel=0, abs=1e-9)
+    with pytest.raises(InputError, match="base_height is 0.7; expected 0 to 0.5"):
+        space.params(Design("YPPYPY", (0.1,) * 6, 0.7))
+
+
+OFF_PAPER = [
+    {"joint_limit": [1.0, 2.0, "90deg", 3], "motor_mass": [0.4, 0.3, 0.2, 0.1]},
+    {"motor_radius": [0.02, 0.0, 0.03, 0.02], "motor_length": 0.0},
+    {"base_height": [-0.2, 0.2], "base_tilt": [-1, 1], "motor_radius": 0.02, "motor_length": [0.01, 0.02, 0.03, 0.04]},
+]
+
+
+@pytest.mark.parametrize("values", OFF_PAPER)
+def test_prepared_urdfs_are_those_of_xacro(values: dict[str, Any]) -> None:
+    """To the byte, also with what differs from joint to joint, motor bodies and a base, and without xacro's help."""
+    space = DesignSpace.of({"n_joints": 4} | values)
+    prepared = PreparedXacro(space)
+    study = optuna.create_study(sampler=optuna.samplers.RandomSampler(seed=0))
+    for _ in range(30):
+        design = space.suggest(study.ask())
+        assert prepared.to_urdf(design) == to_urdf(design, space)
+    assert not prepared.plain
+
+
+@pytest.mark.parametrize("values", OFF_PAPER)
+def test_limits_and_masses_joint_by_joint(values: dict[str, Any]) -> None:
+    """Each joint of the URDF has the limit, and each link the motor, of its own place."""
+    space = DesignSpace.of({"n_joints": 4} | values)
+    chain = chain_from_urdf(to_urdf(space.arm("RPRP", (0.1, 0.2, 0.2, 0.1)), space))
+    rod = math.pi * 0.015**2 * 1000
+    limits = [of_joint(space.joint_limit, i) for i in range(4)]
+    np.testing.assert_allclose(chain.upper, limits)
+    np.testing.assert_allclose(chain.lower, [-limit for limit in limits])
+    masses = [of_joint(space.motor_mass, i) + rod * length for i, length in enumerate((0.1, 0.2, 0.2, 0.1))]
+    np.testing.assert_allclose(chain.mass, masses)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["tpe", "random"])
+@pytest.mark.parametrize("check", contract.CHECKS)
+def test_samplers_keep_the_contract_on_the_desk(check: Callable[[StudySettings], None], name: str) -> None:
+    """A study of the desk's arms is a function of its settings too."""
+    over = {"base_height": [0.0, 0.3], "total_length": [0.5, 0.7]}
+    for space in (load_space("desk"), load_space("desk", over), load_space("desk", {"lengths": "sequential"})):
+        check(StudySettings.of({"space": space, "sampler": name, "in_flight": 3, "n_startup_trials": 8}))
+
+
+@pytest.mark.parametrize("name", SAMPLERS)
+def test_every_sampler_takes_every_space(name: str) -> None:
+    """All but como take all; como takes those of fractions."""
+    values = {"joints": ["Y", "P", "RPY", "PY"], "total_length": [0.5, 0.7], "min_length": 0.05} | OFF_PAPER[2]
+    for mode in MODES:
+        space = DesignSpace.of(values | {"lengths": mode, "zero_lengths": "wrist", "last_link": "bounded"})
+        given = {"space": space, "sampler": name, "n_startup_trials": 4, "in_flight": 1}
+        if name == "como" and mode == "sequential":
+            with pytest.raises(InputError, match="another than como with sequential lengths"):
+                StudySettings.of(given)
+            continue
+        for asked in contract.run(StudySettings.of(given), trials=20):
+            assert space.params(asked.design).keys() == asked.params.keys()
+
+
+@pytest.mark.slow
+def test_a_study_of_the_desk_is_recorded_resumed_and_verified(tmp_path: Path) -> None:
+    """Evaluated by the kernel, killed and resumed it has the trials of one that ran through, and its bag is good."""
+    values = {
+        "space": load_space("desk", {"base_tilt": [0, "30deg"], "total_length": [0.5, 0.7]}).to_dict(),
+        "spec": {"poses_per_voxel": 2, "restarts": 1, "iterations": 20}, "n_startup_trials": 8, "in_flight": 2,
+    }  # fmt: skip
+    whole = run_study(tmp_path / "whole", 16, settings=values, engine="kernel")
+    half = run_study(tmp_path / "half", 16, settings=values, engine="kernel", kill_after=7)
+    run_study(half, 16, settings=values, engine="kernel", resume=True)
+    told = [[(t.trial, t.reach, t.torque) for t in read_study(bag).trials.values()] for bag in (whole, half)]
+    assert told[0] == told[1] and len(told[0]) == 16 and any(reach > 0 for _, reach, _ in told[0])
+    assert read_study(half).settings == StudySettings.of(values)
+    assert not verify(read_study(half)).faults

@@ -44,8 +44,9 @@ def arm_design(args: argparse.Namespace) -> tuple[Design, DesignSpace]:
     if not args.joints or args.lengths is None:
         raise InputError("no arm given", where="arguments", expected="URDF_FILE, or --joints and --lengths")
     lengths = parse_lengths(args.lengths)
-    design = Design(args.joints.upper(), lengths)
+    joints = Design(args.joints.upper(), lengths).sampled_joints  # letters and lengths, before the space
     space = design_space(args, len(lengths))
+    design = space.arm(joints, lengths)
     space.total_of(design)
     return design, space
 

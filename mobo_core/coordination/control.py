@@ -10,7 +10,7 @@ import json
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from mobo_core.design import Design, DesignSpace
+from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.messages import Command
 from mobo_core.search.study import Params, frozen_trial
@@ -69,7 +69,7 @@ class Controls:
     def enqueue(self, asked: int, source: str, joints: str, lengths: Iterable[float], n_trials: int) -> Reply:
         """Make an arm (``joints`` as a sampler would draw them, ``lengths`` in m) the next trial of ``n_trials``."""
         try:
-            design = Design(joints, tuple(lengths))
+            design = self._space.arm(joints, lengths)
             params = self._space.params(design)
         except InputError as error:
             return Reply(False, str(error), bad_input=True)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from mobo_core.design.joints import JOINTS
 from mobo_core.design.lengths import ROUNDING, Links, text_of
-from mobo_core.design.numbers import Several, ends
+from mobo_core.design.numbers import Several, ends, of_joint
 from mobo_core.errors import InputError
 
 
@@ -29,6 +29,13 @@ def check_bounds(least: float, longest: float, zero_lengths: str) -> None:
         raise ValueError(f"min_length {least:g} m to be at most max_length, {longest:g} m")
     if zero_lengths != "allowed" and least == 0.0:
         raise ValueError(f"a min_length above 0 for zero_lengths: {zero_lengths}")
+
+
+def check_motors(n_joints: int, radius: Several, length: Several) -> None:
+    """Raise ValueError if a motor has a length but no radius, or a body of no length."""
+    for i in range(n_joints):
+        if of_joint(length, i) > 0.0 and of_joint(radius, i) == 0.0:
+            raise ValueError(f"a motor_radius above 0 for a motor_length of {of_joint(length, i):g} m")
 
 
 def check_total(links: Links, total: Several) -> None:

@@ -16,6 +16,7 @@ from mobo_core.errors import StudyError
 from mobo_core.resources import xacro_folder
 
 BASE_LINK = "base_link"
+MOUNT_LINK = "mount"
 TIP_LINK = "tool"
 
 
@@ -29,12 +30,14 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
         StudyError: the xacro macros are missing or broken.
     """
     offsets = (0.0, *design.lengths)
-    calls = [
-        joint_call(space, joint, i, repr(offset), repr(length))
+    mounted = is_mounted(design)
+    calls = [mount_call(repr(design.base_height), repr(design.base_tilt))] if mounted else []
+    calls += [
+        joint_call(space, joint, i, repr(offset), repr(length), mounted=mounted)
         for i, (joint, offset, length) in enumerate(zip(design.joints, offsets, design.lengths, strict=False), start=1)
     ]
     try:
-        calls.append(tool_call(len(calls), repr(offsets[-1])))
+        calls.append(tool_call(len(design.joints), repr(offsets[-1])))
         document = parseString(arm_source(design.name, space, calls, design.joints))
         xacro.process_doc(document)
     except Exception as error:
@@ -43,12 +46,24 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
     return text
 
 
-def joint_call(space: DesignSpace, joint: str, index: int, offset: str, length: str) -> str:
+def is_mounted(design: Design) -> bool:
+    """Return whether the arm stands elsewhere than upright at the origin: then it has a mount."""
+    return design.base_height != 0.0 or design.base_tilt != 0.0
+
+
+def mount_call(height: str, tilt: str) -> str:
+    """Return the call of the macro of the mount."""
+    return f'<xacro:mount height="{height}" tilt="{tilt}"/>'
+
+
+def joint_call(
+    space: DesignSpace, joint: str, index: int, offset: str, length: str, *, mounted: bool = False
+) -> str:
     """Return the call of the macro of joint number ``index``, from 1; offset and length as xacro reads them.
 
     Before it stand the properties of this joint alone.
     """
-    macro, parent = JOINTS[joint].xacro, _link(index - 1)
+    macro, parent = JOINTS[joint].xacro, MOUNT_LINK if mounted and index == 1 else _link(index - 1)
     own = {name: of_joint(value, index - 1) for name, value in _properties(space).items() if isinstance(value, tuple)}
     return f'{_set(own)}<xacro:{macro} index="{index}" parent="{parent}" offset="{offset}" length="{length}"/>'
 
@@ -79,6 +94,8 @@ def _properties(space: DesignSpace) -> dict[str, Several]:
     return {
         "limit": space.joint_limit,
         "motor_mass": space.motor_mass,
+        "motor_radius": space.motor_radius,
+        "motor_length": space.motor_length,
         "radius": space.link_radius,
         "density": space.link_density,
     }

@@ -19,6 +19,8 @@ class Design:
     Attributes:
         sampled_joints: joint order as drawn, such as ``YRPYPR``.
         lengths: metres; link i follows joint i, the last one ends in the tool.
+        base_height: metres, of the first joint above the base frame.
+        base_tilt: rad, by which the straight arm leans from z towards x, turned about y at the first joint.
 
     Raises:
         InputError: an unknown joint letter, a length that is negative or not finite, or numbers that differ.
@@ -26,6 +28,8 @@ class Design:
 
     sampled_joints: str
     lengths: tuple[float, ...]
+    base_height: float = 0.0
+    base_tilt: float = 0.0
 
     def __post_init__(self) -> None:
         """Check letters, counts and lengths."""
@@ -47,6 +51,9 @@ class Design:
         for i, length in enumerate(self.lengths):
             if not (math.isfinite(length) and length >= 0):
                 raise InputError(f"length {i + 1} is {length!r}", where="lengths", expected="metres, 0 or more")
+        for name, value in (("base_height", self.base_height), ("base_tilt", self.base_tilt)):
+            if not math.isfinite(value):
+                raise InputError(repr(value), where=name, expected="a finite number")
 
     @cached_property
     def joints(self) -> str:

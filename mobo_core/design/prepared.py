@@ -15,7 +15,7 @@ from xml.dom.minidom import parseString
 
 import xacro
 
-from mobo_core.design.description import arm_source, joint_call, to_urdf, tool_call
+from mobo_core.design.description import arm_source, is_mounted, joint_call, mount_call, to_urdf, tool_call
 from mobo_core.design.design import Design
 from mobo_core.design.space import DesignSpace
 
@@ -182,16 +182,21 @@ class PreparedXacro:
     def _put_together(self, design: Design) -> tuple[str, list[_Way]]:
         texts, ways = [], []
         offset = 0.0
+        mounted = is_mounted(design)
+        if mounted:
+            text, way = self._block(("mount", 0, True), {"height": design.base_height, "tilt": design.base_tilt})
+            texts.append(text)
+            ways.append(way)
         for i, (joint, length) in enumerate(zip(design.joints, design.lengths, strict=True), start=1):
-            text, way = self._block((joint, i), {"offset": offset, "length": length})
+            text, way = self._block((joint, i, mounted), {"offset": offset, "length": length})
             texts.append(text)
             ways.append(way)
             offset = length
-        text, way = self._block(("tool", len(design.joints)), {"offset": offset})
+        text, way = self._block(("tool", len(design.joints), mounted), {"offset": offset})
         head = way.head.replace(_NAME, design.name)
         return "".join((head, *texts, text, way.tail)), [*ways, way]
 
-    def _block(self, key: tuple[str, int], inputs: dict[str, float]) -> tuple[str, _Way]:
+    def _block(self, key: tuple[str, int, bool], inputs: dict[str, float]) -> tuple[str, _Way]:
         ways = self._ways.setdefault(key, [])
         numbers = tuple(inputs.values())
         for way in ways:
@@ -206,8 +211,8 @@ class PreparedXacro:
         assert text is not None
         return text, way
 
-    def _expand(self, kind: str, index: int, inputs: dict[str, float]) -> _Way:
-        open_offset, open_length = "${xacro.arg('offset')}", "${xacro.arg('length')}"
+    def _expand(self, kind: str, index: int, mounted: bool, inputs: dict[str, float]) -> _Way:
+        given = {name: f"${{xacro.arg('{name}')}}" for name in inputs}
 
         def source(call: str) -> str:
             # The tool is there to end the arm, as in every arm.
@@ -215,7 +220,9 @@ class PreparedXacro:
             return arm_source(_NAME, self._space, [_CUT, call, _CUT, rest])
 
         if kind == "tool":
-            call = tool_call(index, open_offset)
+            call = tool_call(index, given["offset"])
+        elif kind == "mount":
+            call = mount_call(given["height"], given["tilt"])
         else:
-            call = joint_call(self._space, kind, index, open_offset, open_length)
+            call = joint_call(self._space, kind, index, given["offset"], given["length"], mounted=mounted)
         return _Way(source, call, inputs)

@@ -9,7 +9,8 @@ from mobo_core.design.space import DesignSpace
 from mobo_core.errors import InputError
 
 # desk: an arm for a desk of DYNAMIXEL XM540-W270 servos, 165 g, 33.5 x 58.5 x 44 mm, 10.6 N m at 12 V
-# (https://emanual.robotis.com/docs/en/dxl/x/xm540-w270). The rest is chosen: links of 50 mm or more, so that servos
+# (https://emanual.robotis.com/docs/en/dxl/x/xm540-w270). The rest is chosen: motor bodies 40 mm
+# wide and 50 mm long with their half-balls; links of 50 mm or more, so that servos
 # have room side by side; plastic or aluminium tubes of 25 mm with their brackets, 0.25 kg/m.
 SPACES: dict[str, dict[str, object]] = {
     "paper": {},
@@ -21,6 +22,8 @@ SPACES: dict[str, dict[str, object]] = {
         "zero_lengths": "never",
         "joint_limit": "135deg",
         "motor_mass": 0.165,
+        "motor_radius": 0.02,
+        "motor_length": 0.01,
         "link_radius": 0.0125,
         "link_density": 500.0,
     },

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Annotated, Any, Literal
@@ -16,13 +16,15 @@ from mobo_core.design import checks
 from mobo_core.design.design import Design
 from mobo_core.design.joints import JOINTS, count_built
 from mobo_core.design.lengths import Interval, Links, nearest, text_of
-from mobo_core.design.numbers import Given, Numbers, Several, ends
+from mobo_core.design.numbers import Given, Numbers, Several, ends, middle
 from mobo_core.design.numbers import text_of as several
 from mobo_core.errors import InputError
 from mobo_core.settings import Settings
 
 # m or rad, by which numbers that people write may miss a bound.
 _ROUNDING = 1e-6
+# What may be one value for all joints, or a list of one for each.
+_BY_JOINT = ("joints", "fixed_lengths", "joint_limit", "motor_mass", "motor_radius", "motor_length")
 _DEFAULT_TYPES = "".join(joint.letter for joint in JOINTS.built_in)
 
 
@@ -69,8 +71,20 @@ class DesignSpace(Settings):
         0.75 * math.pi, description="rad, or text such as 135deg; either way"
     )
     motor_mass: Annotated[Several, Numbers(0, 1e4, above=True)] = Field(0.5, description="kg, a point at each joint")
+    motor_radius: Annotated[Several, Numbers(0, 10)] = Field(
+        0.0, description="m, of the motor's body, a cylinder along the joint axis that must not collide; 0: none"
+    )
+    motor_length: Annotated[Several, Numbers(0, 10)] = Field(
+        0.0, description="m, of that cylinder; as for all cylinders, half-balls stand out beyond its ends"
+    )
     link_radius: float = Field(0.015, gt=0, le=10, description="m")
     link_density: float = Field(1000.0, gt=0, le=1e5, description="kg/m^3")
+    base_height: Annotated[Several, Numbers(-100, 100, many="range")] = Field(
+        0.0, description="m, of the first joint above the base frame; a range is searched"
+    )
+    base_tilt: Annotated[Several, Numbers(-math.pi, math.pi, many="range", angle=True)] = Field(
+        0.0, description="rad, or text such as 45deg, by which the straight arm leans towards x; a range is searched"
+    )
 
     @model_validator(mode="before")
     @classmethod
@@ -96,8 +110,8 @@ class DesignSpace(Settings):
     @model_validator(mode="after")
     def _fits(self) -> DesignSpace:
         checks.check_letters("joint_types", self.joint_types)
-        lists = {name: getattr(self, name) for name in ("joints", "fixed_lengths", "joint_limit", "motor_mass")}
-        checks.check_counts(self.n_joints, lists)
+        checks.check_counts(self.n_joints, {name: getattr(self, name) for name in _BY_JOINT})
+        checks.check_motors(self.n_joints, self.motor_radius, self.motor_length)
         checks.check_bounds(self.min_length, self.max_length, self.zero_lengths)
         checks.check_total(self._links, self.total_length)
         return self
@@ -164,7 +178,12 @@ class DesignSpace(Settings):
                     lengths.append(_at_share(choices, trial.suggest_float(f"u{i + 1}", 0.0, 1.0)))
                 else:
                     lengths.append(nearest(choices, trial.suggest_float(f"L{i + 1}", low, high)))
-        return Design(joints, tuple(lengths))
+        height = _drawn(trial, "base_height", self.base_height)
+        return Design(joints, tuple(lengths), height, _drawn(trial, "base_tilt", self.base_tilt))
+
+    def arm(self, joints: str, lengths: Iterable[float]) -> Design:
+        """Return the design of these joints and lengths on the space's base, or in the middle of where that may be."""
+        return Design(joints, tuple(lengths), middle(self.base_height), middle(self.base_tilt))
 
     def design(self, params: dict[str, Any]) -> Design:
         """Return the design of a sampler's parameters, as :meth:`suggest` would have built it."""
@@ -206,6 +225,10 @@ class DesignSpace(Settings):
             else:
                 params[f"L{i + 1}"] = length
                 lengths.append(length)
+        for name in ("base_height", "base_tilt"):
+            value = checks.check_in(name, getattr(design, name), getattr(self, name), _ROUNDING)
+            if isinstance(getattr(self, name), tuple):
+                params[name] = value
         return params
 
     def total_of(self, design: Design) -> float:

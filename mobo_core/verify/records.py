@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.validity import values_of
 from mobo_core.coordination.control import COMMANDS
-from mobo_core.design import Design, to_urdf
+from mobo_core.design import to_urdf
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec_message import spec_to_message
 from mobo_core.messages import Evaluation, Trial, encode
@@ -61,7 +61,7 @@ def check_commands(study: StudyRecord) -> Iterator[Fault]:
         enqueued.add(number)
         try:
             asked = json.loads(command.arguments_json)
-            params = study.settings.space.params(Design(asked["joints"], tuple(asked["lengths"])))
+            params = study.settings.space.params(study.settings.space.arm(asked["joints"], asked["lengths"]))
         except (ValueError, KeyError, TypeError, InputError) as error:
             yield Fault(number, "command", f"enqueued no arm of the space ({error!r:.80})")
             continue
