@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import sys
 
 from mobo_core.design import SPACES, Design, DesignSpace, load_space, to_urdf
-from mobo_core.design.joints import joint_letters
+from mobo_core.design.joints import joint_letters, yaw_rule
 from mobo_core.errors import InputError
 
 
@@ -48,6 +49,8 @@ def arm_design(args: argparse.Namespace) -> tuple[Design, DesignSpace]:
     space = design_space(args, len(lengths))
     design = space.arm(joints, lengths)
     space.total_of(design)
+    if design.joints != design.sampled_joints:
+        print(f"note: {design.sampled_joints} is built as {design.joints}: {yaw_rule()}", file=sys.stderr)
     return design, space
 
 

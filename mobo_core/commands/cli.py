@@ -14,7 +14,7 @@ from mobo_core.errors import MoboError
 from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
-VERBS = ("evaluate", "report", "verify", "export", "bag", "bench", "doctor")
+VERBS = ("evaluate", "report", "verify", "export", "bag", "example", "bench", "doctor")
 
 
 def parser() -> argparse.ArgumentParser:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -47,6 +48,7 @@ def run(args: argparse.Namespace) -> int:
     """Evaluate and print."""
     from mobo_core.commands.progress import bar
     from mobo_core.evaluation import with_ik
+    from mobo_core.evaluation.advice import joints_advice
     from mobo_core.evaluation.evaluate import evaluate
 
     if args.threads < 1:
@@ -61,6 +63,8 @@ def run(args: argparse.Namespace) -> int:
             )  # fmt: skip
         except InputError as error:
             raise error.at(asked.where) from None
+    for remark in joints_advice(len(result.joints), spec):
+        print(f"note: {remark}", file=sys.stderr)
     recorded = None if asked.study is None else Recorded(asked.study, args.trial, result)
     if args.json:
         print(json.dumps(result.to_dict() | ({} if recorded is None else recorded.to_dict())))

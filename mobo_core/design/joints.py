@@ -69,6 +69,12 @@ def joint_letters() -> str:
     return f"{', '.join(others)} or {last}"
 
 
+def yaw_rule() -> str:
+    """Return which joints are built whatever was sampled, for people: ``after a yaw comes a pitch``."""
+    rules = [(joint.long_name, JOINTS[joint.next_built].long_name) for joint in JOINTS.values() if joint.next_built]
+    return ", ".join(f"after a {before} comes a {after}" for before, after in rules)
+
+
 def _built(before: str, sampled: str) -> str:
     """Return the joint that is built after ``before`` ("": none) where ``sampled`` was drawn."""
     return (JOINTS[before].next_built if before else None) or sampled

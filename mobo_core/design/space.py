@@ -77,8 +77,8 @@ class DesignSpace(Settings):
     motor_length: Annotated[Several, Numbers(0, 10)] = Field(
         0.0, description="m, of that cylinder; as for all cylinders, half-balls stand out beyond its ends"
     )
-    link_radius: float = Field(0.015, gt=0, le=10, description="m")
-    link_density: float = Field(1000.0, gt=0, le=1e5, description="kg/m^3")
+    link_radius: float = Field(0.015, gt=0, le=10, description="m, of the links, which are cylinders")
+    link_density: float = Field(1000.0, gt=0, le=1e5, description="kg/m^3, of the links, as if solid")
     base_height: Annotated[Several, Numbers(-100, 100, many="range")] = Field(
         0.0, description="m, of the first joint above the base frame; a range is searched"
     )

@@ -26,21 +26,25 @@ class EvaluationSpec(Settings):
     drawn uniformly on SO(3) from (seed, voxel, pose) alone, so that every arm meets the same poses.
     """
 
-    workspace_min: Vector = Field((-0.5, -0.5, -0.1), description="m, base frame")
-    workspace_max: Vector = Field((0.5, 0.5, 0.5), description="m, base frame")
-    voxel_size: float = Field(0.2, gt=0, description="m")
-    poses_per_voxel: int = Field(30, ge=1, le=65535)
-    ik_mode: Literal["paper", "complete"] = "paper"
+    workspace_min: Vector = Field((-0.5, -0.5, -0.1), description="m, base frame, corner of the workspace")
+    workspace_max: Vector = Field((0.5, 0.5, 0.5), description="m, base frame, the corner opposite")
+    voxel_size: float = Field(0.2, gt=0, description="m, of which each side is a multiple")
+    poses_per_voxel: int = Field(30, ge=1, le=65535, description="orientations at each voxel's centre")
+    ik_mode: Literal["paper", "complete"] = Field(
+        "paper", description="inverse kinematics: from random starts (paper), or from better ones (complete)"
+    )
     restarts: int = Field(5, ge=0, le=1000, description="attempts after the first")
     iterations: int = Field(50, ge=1, le=10000, description="most steps in one attempt")
-    position_tolerance: float = Field(1e-3, gt=0, le=1, description="m")
-    rotation_tolerance: float = Field(math.radians(1), gt=0, le=math.pi, description="rad")
-    orientation: Literal["full"] = "full"
-    self_collision: bool = True
+    position_tolerance: float = Field(1e-3, gt=0, le=1, description="m, of the tip from the pose")
+    rotation_tolerance: float = Field(math.radians(1), gt=0, le=math.pi, description="rad, likewise")
+    orientation: Literal["full"] = Field("full", description="what of a pose's orientation counts")
+    self_collision: bool = Field(True, description="whether links must not touch each other")
     gravity: Vector = Field((0.0, 0.0, -9.81), description="m/s^2, base frame")
     payload_kg: float = Field(0.0, ge=0, le=1e4, description="kg, a point at the tip")
-    solution: Literal["first", "least_torque"] = "first"
-    seed: int = Field(0, ge=0, lt=2**63)
+    solution: Literal["first", "least_torque"] = Field(
+        "first", description="which solution of a pose counts: the first found, or that of least torque"
+    )
+    seed: int = Field(0, ge=0, lt=2**63, description="of the poses and of the starts")
 
     @model_validator(mode="after")
     def _workspace(self) -> EvaluationSpec:

@@ -26,6 +26,7 @@ from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.plan import plan_study, total_trials
 from mobo_core.errors import MoboError
+from mobo_core.evaluation.advice import space_advice
 from mobo_core.messages import decode, encode
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 
@@ -100,6 +101,8 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         health = StudyHealth(optimizer, dispatcher, folder)
         publish_health(node, "study", lambda: health.at(clock()))
         log(f"study {bag.name}: {n_trials:,} trials into {folder}")
+        if advice := space_advice(bag.settings.space, bag.settings.spec):
+            node.get_logger().warning(advice)
         if not optimizer.done:
             optimizer.record_status(messages.StudyStatus.RUNNING)
         while not (stop or optimizer.done or optimizer.controls.stopped):
