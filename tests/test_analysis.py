@@ -204,6 +204,7 @@ def test_voxels_lie_in_the_map_where_they_lie_in_the_workspace() -> None:
         assert position == pytest.approx((0.4, -0.2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "values",
     [
@@ -275,6 +276,7 @@ def test_again_it_gives_the_same_files_and_prints_the_front_and_paths(
         assert str(report / name) in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 2])
 def test_report_of_studies_with_hardly_a_trial(n: int, tmp_path: Path) -> None:
     """One trial that failed, and one that failed with one that did not."""
@@ -300,6 +302,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run_study(tmp_path_factory.mktemp("bags") / "small", 8)
 
 
+@pytest.mark.slow
 def test_report_of_a_damaged_bag_says_so_and_goes_on(
     small: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -38,6 +38,7 @@ def test_lengths_that_a_bag_may_claim_have_some_text(lengths: tuple[float, ...])
     assert lengths_text(lengths).count(",") == max(len(lengths) - 1, 0)
 
 
+@pytest.mark.slow
 def test_rows_of_terminal_and_page_can_be_evaluated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Joints and lengths copied as they stand, from either."""
     assert mobo("report", SAMPLE, "-o", tmp_path) == 0

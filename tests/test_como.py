@@ -140,6 +140,7 @@ def test_random_when_no_solution_can_be_asked() -> None:
     assert others == designs
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_finds_more_than_chance(seed: int) -> None:
     """After equal trials its hypervolume is above that of random arms."""

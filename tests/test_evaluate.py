@@ -479,6 +479,7 @@ def test_numba_keeps_the_kernel_in_that_folder() -> None:
     assert output.startswith("True"), output + errors
 
 
+@pytest.mark.slow
 def test_without_a_cache_folder(tmp_path: Path) -> None:
     """Where nothing can be kept, functions are compiled for the process alone, and it says so."""
     (tmp_path / "file").touch()

@@ -77,6 +77,7 @@ def test_vertical_axis_carries_no_torque(shares: list[float]) -> None:
     assert abs(KernelView(chain, configuration(chain, shares)).torque()[0]) < 1e-15
 
 
+@pytest.mark.slow
 @given(st.floats(0.01, 50), st.lists(unit, min_size=6, max_size=6))
 def test_torque_scales_with_the_masses(k: float, shares: list[float]) -> None:
     """All masses k times as great need k times the torque."""

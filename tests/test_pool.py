@@ -143,6 +143,7 @@ def test_bad_specs_are_rejected(kernel_pool: WorkerPool) -> None:
     assert (given.status, "at most 1000000 voxels" in given.reason) == (REJECTED, True)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_its_candidate_alone() -> None:
     """When a worker is SIGKILLed its candidate is answered FAILED, the others go on, and it is replaced."""
     with pool_of(1) as pool:
@@ -175,6 +176,7 @@ def test_an_idle_worker_that_dies_is_replaced() -> None:
         assert pool.pids != [first]
 
 
+@pytest.mark.slow
 def test_time_out() -> None:
     """A worker that takes too long is killed, its candidate answered FAILED, and the next one served."""
     now = [0.0]
@@ -220,6 +222,7 @@ def test_simulated_answers_depend_on_the_urdf_alone() -> None:
     assert 0 <= values[0][0] <= SMALL.n_voxels
 
 
+@pytest.mark.slow
 def test_close_leaves_no_child() -> None:
     """After close() no worker is left, idle or busy, and close() may be called again."""
     with pool_of(3) as pool:
