@@ -6,10 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 FOLDER = Path(__file__).parents[1] / "docs" / "experiments"
 SCRIPTS = sorted(path for path in FOLDER.glob("*.py") if "ArgumentParser" in path.read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 def test_every_script_says_how_it_is_called() -> None:
     """``--help`` prints its usage, with nothing that it imports missing or moved."""
     started = [

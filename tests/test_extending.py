@@ -92,6 +92,7 @@ def test_sampler(tmp_path: Path) -> None:
     assert mobo("verify", bag, "--workers", 1) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.recipe("Figure")
 def test_figure(tmp_path: Path) -> None:
     """It is in the report's folder and on its page."""

@@ -33,6 +33,7 @@ def test_every_public_name_is_there_and_light() -> None:
         mobo.optimise  # noqa: B018
 
 
+@pytest.mark.slow
 def test_a_study_in_this_process(tmp_path: Path) -> None:
     """It has the trials that any study of its settings has, to the bit; stopped half-way and resumed, too."""
     settings, n = mobo.StudySettings.of(QUICK), 14

@@ -43,6 +43,7 @@ def test_chosen_are_the_front_and_the_best_of_each_other_order() -> None:
     assert chosen(StudyTable((), 6, 75), 2250) == []
 
 
+@pytest.mark.slow
 def test_report_has_the_torques_that_evaluate_prints(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """As joint_torques.csv, exactly, and on the page, rounded; nothing differs from what was recorded."""
     assert mobo("report", SAMPLE, "-o", tmp_path) == 0
@@ -64,6 +65,7 @@ def test_report_has_the_torques_that_evaluate_prints(tmp_path: Path, capsys: pyt
     assert "is not what was recorded" not in page
 
 
+@pytest.mark.slow
 def test_arms_that_cannot_be_evaluated_are_left_out_and_invented_values_told(tmp_path: Path) -> None:
     """A URDF that is none costs its own line only; what the simulated engine invented is told on the page."""
     study = read_study(run_study(tmp_path / "bag", 6))

@@ -37,6 +37,7 @@ def test_a_sample_verifies_and_is_reported(bag: Path, tmp_path: Path, capsys: py
     assert (tmp_path / "index.html").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bag", SAMPLES, ids=lambda bag: bag.name)
 def test_a_sample_goes_on(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Resumed in a copy it keeps its trials, verifies, and is still read by rosbags, compacted too."""
