@@ -290,3 +290,12 @@ def test_known_arms() -> None:
     assert known_arms("PRRYPY") == []
     assert known_arms("YPYPYP") == []
     assert known_arms("YPYPYPRP") == []
+
+
+def test_lengths_are_added_one_after_the_other() -> None:
+    """As Python 3.11 adds them, on every Python: sums rounded once at the end would change recorded designs."""
+    from mobo_core.design.lengths import added
+
+    lengths = [0.1] * 10
+    assert added(lengths) == 0.9999999999999999 != math.fsum(lengths)
+    assert added([]) == 0.0

@@ -17,6 +17,14 @@ Interval = tuple[float, float]
 ROUNDING = 1e-9
 
 
+def added(lengths: Iterable[float]) -> float:
+    """Return the sum of lengths, one added after the other: Python 3.12's own ``sum`` rounds otherwise than 3.11's."""
+    total = 0.0
+    for length in lengths:
+        total += length
+    return total
+
+
 @dataclass(frozen=True)
 class Links:
     """The lengths that links may have, in m, link by link.

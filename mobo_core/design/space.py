@@ -15,7 +15,7 @@ from pydantic import Field, field_validator, model_validator
 from mobo_core.design import checks
 from mobo_core.design.design import Design
 from mobo_core.design.joints import JOINTS, count_built
-from mobo_core.design.lengths import Interval, Links, nearest, text_of
+from mobo_core.design.lengths import Interval, Links, added, nearest, text_of
 from mobo_core.design.numbers import Given, Numbers, Several, ends, middle
 from mobo_core.design.numbers import text_of as several
 from mobo_core.errors import InputError
@@ -166,7 +166,7 @@ class DesignSpace(Settings):
         links = self._links
         lengths: list[float] = []
         for i, fixed in enumerate(links.fixed):
-            rest = total - sum(lengths)
+            rest = total - added(lengths)
             if fixed is not None:
                 lengths.append(fixed)
             elif i == links.last:
@@ -215,7 +215,7 @@ class DesignSpace(Settings):
             if (fixed := links.fixed[i]) is not None:
                 lengths.append(fixed)
                 continue
-            choices = links.choices(i, total - sum(lengths))
+            choices = links.choices(i, total - added(lengths))
             length = nearest(choices, length)
             if self.lengths == "fractions":
                 low, high = choices[0][0], choices[-1][1]

@@ -24,7 +24,10 @@ def axis_frame(axis: Vector) -> list[list[float]]:
 
 def matmul(a: Matrix, b: Matrix) -> list[list[float]]:
     """Return the product a b."""
-    return [[float(sum(a[i][k] * b[k][j] for k in range(3))) for j in range(3)] for i in range(3)]
+    # Python's sum() rounds otherwise from 3.12 on. The first 0.0 makes 0.0 of -0.0, as it does.
+    return [
+        [float(0.0 + a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j]) for j in range(3)] for i in range(3)
+    ]
 
 
 def matvec(a: Matrix, v: Vector) -> list[float]:
