@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from mobo_core.bag.study_bag import check_new, recorded_study
 from mobo_core.coordination.options import OptimizerOptions
@@ -13,7 +13,8 @@ from mobo_core.search.study import StudySettings, first_difference
 _DEFAULT_TRIALS: int = OptimizerOptions.model_fields["n_trials"].default
 
 
-class StudyPlan(NamedTuple):
+@dataclass(frozen=True)
+class StudyPlan:
     """A study to run.
 
     Attributes:
