@@ -14,7 +14,18 @@ from mobo_core.errors import MoboError
 from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
-VERBS = ("evaluate", "report", "verify", "export", "bag", "example", "bench", "doctor")
+VERBS = ("evaluate", "report", "verify", "export", "bag", "example", "bench", "doctor", "completion")
+
+FIRST = """\
+Which robot arm to build. To begin with:
+
+  ros2 run mobo study --ros-args -p study_name:=first -p n_trials:=300
+  mobo report bags/first -o report      # its front, pictures, a page
+  mobo evaluate bags/first --trial 10   # one arm of it, joint by joint
+  mobo export urdf bags/first --top 3 -o arms
+  mobo verify bags/first                # all of it again, to the bit
+
+All commands: mobo --help; one of them: mobo report --help"""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -44,6 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         argcomplete.autocomplete(top)
     except ImportError:
         pass
+    if not (sys.argv[1:] if arguments is None else arguments):
+        print(FIRST)
+        return 0
     args = top.parse_args(arguments)
     try:
         code: int = args.run(args)

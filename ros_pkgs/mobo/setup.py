@@ -12,6 +12,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/mobo"]),
         ("share/mobo", ["package.xml"]),
+        ("share/mobo/environment", glob("environment/*")),  # sourced by setup.bash and setup.zsh: see colcon.pkg
         ("share/mobo/launch", glob("launch/*.py")),
     ],
     install_requires=["setuptools", "mobo-core"],
