@@ -24,7 +24,7 @@ def add(verbs: Verbs) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the shell's code."""
-    import argcomplete
+    from argcomplete.shell_integration import shellcode
 
-    print(argcomplete.shellcode(["mobo"], shell=args.shell))
+    print(shellcode(["mobo"], shell=args.shell))
     return 0
