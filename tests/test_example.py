@@ -95,3 +95,6 @@ def test_advice_on_an_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert "note" not in capsys.readouterr().err
     assert main([*arm, "--joints", "YP", "--lengths", "0.3,0.3"]) == 0
     assert "note: 2 joints can hardly meet orientation and position" in capsys.readouterr().err
+    (tmp_path / "spec.yaml").write_text("poses_per_voxel: 1\nrestarts: 0\nworkspace_max: [4.5, 0.5, 0.5]\n")
+    assert main([*arm, "--joints", "YPPPRP"]) == 0
+    assert "of 375 voxel centres lie farther from the base than the arm reaches" in capsys.readouterr().err

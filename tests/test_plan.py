@@ -212,12 +212,16 @@ def test_an_evaluator_of_another_version_is_named_once(tmp_path: Path) -> None:
     said: list[str] = []
     settings = StudySettings.of({"sampler": "random"})
     bag = StudyBag(tmp_path / "s", "s", settings, resume=False)
-    optimizer = Optimizer(bag, settings, 5, Dispatcher(), lambda topic, data: None, log=said.append)
+    warned: list[str] = []
+    optimizer = Optimizer(
+        bag, settings, 5, Dispatcher(), lambda topic, data: None, log=said.append, warn=warned.append
+    )
     for now in (0.0, 1.0):
         for version in (__version__, "9.9", ""):
             status = EvaluatorStatus(evaluator=f"e{version}", workers=1, mobo_version=version, host_id="here")
             optimizer.on_evaluator(encode(status), now)
     bag.close()
     here = f", another than here ({__version__})"
-    joined = [line for line in said if " joined: " in line]
+    joined = [line for line in said + warned if " joined: " in line]
+    assert len(warned) == 2  # a study shows them too
     assert [line.split("mobo ")[-1] for line in joined] == [__version__, f"9.9{here}", f"of an unknown version{here}"]

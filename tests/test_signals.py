@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -40,3 +41,19 @@ def test_nodes_started_with_sigint_ignored_end_on_sigterm(nodes: Nodes, tmp_path
     study.send_signal(signal.SIGTERM)
     assert finish(study, 20) == 1, output(study)
     assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("seconds", [0.1, 0.2, 0.4])
+def test_ctrl_c_while_ros2_run_starts_a_node_says_nothing(nodes: Nodes, tmp_path: Path, seconds: float) -> None:
+    """Whatever Python is loading just then: it ends, without a traceback and without a bag."""
+    command = [sys.executable, "-m", "mobo_ros2_standin", "run", "mobo", "optimizer", "--ros-args"]
+    process = subprocess.Popen(
+        [*command, "-p", f"bag:={tmp_path / 'bag'}"], env=nodes.environment, text=True, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+    )  # fmt: skip
+    time.sleep(seconds)
+    process.send_signal(signal.SIGINT)
+    output, _ = process.communicate(timeout=60)
+    assert process.returncode != 0 and "Traceback" not in output, output
+    assert not (tmp_path / "bag").exists()

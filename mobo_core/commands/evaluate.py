@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     """Evaluate and print."""
     from mobo_core.commands.progress import bar
     from mobo_core.evaluation import with_ik
-    from mobo_core.evaluation.advice import joints_advice
+    from mobo_core.evaluation.advice import result_advice
     from mobo_core.evaluation.evaluate import evaluate
 
     if args.threads < 1:
@@ -63,7 +63,7 @@ def run(args: argparse.Namespace) -> int:
             )  # fmt: skip
         except InputError as error:
             raise error.at(asked.where) from None
-    for remark in joints_advice(len(result.joints), spec):
+    for remark in result_advice(result):
         print(f"note: {remark}", file=sys.stderr)
     recorded = None if asked.study is None else Recorded(asked.study, args.trial, result)
     if args.json:

@@ -129,7 +129,8 @@ class Optimizer:
                 self._record_evaluator(status, EvaluatorStatus.JOINED)
                 version = status.mobo_version or "of an unknown version"
                 other = "" if version == __version__ else f", another than here ({__version__})"
-                self._log(f"{name} joined: {status.workers} workers, {status.engine}, mobo {version}{other}")
+                say = self._warn if other else self._log
+                say(f"{name} joined: {status.workers} workers, {status.engine}, mobo {version}{other}")
         self.tick(now)
 
     def on_evaluation(self, data: bytes, now: float) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from mobo_core.design import DesignSpace
 from mobo_core.design.joints import built_types, effective_joints, yaw_rule
 from mobo_core.design.numbers import middle
+from mobo_core.evaluation.result import Result
 from mobo_core.evaluation.spec import EvaluationSpec
 
 # Joints that it takes to meet a pose of each kind.
@@ -21,6 +22,16 @@ def joints_advice(n_joints: int, spec: EvaluationSpec) -> list[str]:
     what = "orientation and position" if needed > 3 else "a position"
     joints = f"{n_joints} joint{'s' * (n_joints != 1)}"
     return [f"{joints} can hardly meet {what}, which take {needed}: reach will be near 0"]
+
+
+def result_advice(result: Result) -> list[str]:
+    """Return remarks on an arm that can hardly meet what was asked of it."""
+    spec = result.spec
+    remarks = joints_advice(len(result.joints), spec)
+    far = int((result.out_of_range == spec.poses_per_voxel).sum())
+    if 2 * far > spec.n_voxels:
+        remarks.append(f"{far} of {spec.n_voxels} voxel centres lie farther from the base than the arm reaches")
+    return remarks
 
 
 def space_advice(space: DesignSpace, spec: EvaluationSpec) -> str:

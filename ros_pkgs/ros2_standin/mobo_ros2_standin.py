@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -75,6 +76,9 @@ def run(package: str, executable: str, args: list[str]) -> NoReturn:
         raise StandinError(f"no executable {executable!r} in package {package!r}; there are: {names}")
     if len(matches) > 1:
         raise StandinError(f"several executables {executable!r} in package {package!r}: {_listed(matches)}")
+    if package == "mobo":
+        # Ctrl-C while the next Python starts would print where it was; mobo's nodes let it through again.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     _become([str(matches[0]), *args])
 
 
@@ -105,6 +109,8 @@ def real_ros2() -> list[str] | None:
 def main(argv: list[str] | None = None) -> int:
     """Run the command ``ros2`` and return its exit code."""
     argv = sys.argv[1:] if argv is None else argv
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     try:
         real = real_ros2()
         if real:
