@@ -57,7 +57,7 @@ def test_a_study_in_this_process(tmp_path: Path) -> None:
         mobo.run_study(settings, n, bag=tmp_path / "half")
     half = mobo.read_study(tmp_path / "half")
     assert 5 <= len(half.trials) < n and not half.faults
-    mobo.run_study(settings, n, bag=tmp_path / "half", resume=True)
+    mobo.run_study(None, n, bag=tmp_path / "half", resume=True)  # its settings are the bag's
     assert values(tmp_path / "half") == expected
     assert not mobo.verify(tmp_path / "half").faults
 

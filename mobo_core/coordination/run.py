@@ -9,7 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from mobo_core.bag.collector import read_study
-from mobo_core.bag.record import StudyRecord
+from mobo_core.bag.reader import read_record
+from mobo_core.bag.record import StudyRecord, settings_of
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import AnswerEngine, Answering
 from mobo_core.coordination.dispatch import Dispatcher
@@ -41,7 +42,7 @@ def run_study(
     stopped node, and ``resume`` goes on.
 
     Args:
-        settings: what the trials depend on; the defaults if None.
+        settings: what the trials depend on; if None those of the bag that is resumed, else the defaults.
         n_trials: the total that the bag shall hold.
         name: of the study.
         bag: folder of the bag; ``bags/<name>`` if None.
@@ -59,8 +60,11 @@ def run_study(
     for value, where in ((n_trials, "n_trials"), (workers, "workers"), (threads, "threads")):
         if value < 1:
             raise InputError(str(value), where=where, expected="1 or more")
-    chosen = StudySettings() if settings is None else settings
     folder = Path(bag) if bag is not None else Path("bags") / name
+    chosen = settings
+    if chosen is None:
+        recorded = resume and any(folder.glob("*.mcap"))
+        chosen = settings_of(read_record(folder), str(folder)) if recorded else StudySettings()
     study_bag = StudyBag(folder, name, chosen, resume=resume)
     try:
         _Run(study_bag, chosen, n_trials, progress).run(Answering(default_name(), engine, threads), workers)
