@@ -92,9 +92,14 @@ def test_a_poisoned_trial_fails_after_max_attempts_on_different_evaluators(
     }
     peer.until(lambda: {s.evaluator for s in peer.heard.get("evaluators", [])} == set(evaluators), "both evaluators")
     optimizer = nodes.optimizer(bag, n_trials=2, in_flight=1, sampler="random", max_attempts=3)
+    from mobo_msgs.msg import StudyStatus as RosStudyStatus
+
+    peer.hear("study", "StudyStatus", RosStudyStatus)
     killed: dict[int, float] = {}  # attempt -> when its worker was killed
 
     def poison() -> bool:
+        if not (statuses := peer.heard.get("study")) or statuses[-1].evaluators < 2:
+            return optimizer.poll() is not None  # only where it has a choice does it say anything that it chose another
         answered = {int(e.attempt) for e in peer.heard.get("evaluations", []) if e.trial == poisoned}
         for sent in peer.heard.get("candidates", []):
             attempt = int(sent.attempt)
