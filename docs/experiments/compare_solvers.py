@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from mobo_core.bench.evaluation import DESIGNS
+from mobo_core.bench.groups import arms_of_group
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation import EvaluationSpec, load_spec, with_ik
 from mobo_core.evaluation.chain import Array, chain_from_urdf
@@ -34,6 +34,7 @@ from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.result import Engine
 from mobo_core.jit.numerics import target_rotation
 
+DESIGNS = [(arm.design.name, arm.design.lengths) for arm in arms_of_group("picked")]
 COMPARED = (DESIGNS[0], DESIGNS[2], DESIGNS[9])
 FREE = load_spec("mobo").model_copy(update={"self_collision": False})  # the others know nothing of collisions
 ATTEMPTS = 6  # of solvers that leave restarts to the caller: as many as the paper's
@@ -363,7 +364,7 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--design", action="append", metavar="NAME:l1,l2,…",
-                        help="an arm; may be repeated [3 of those of `mobo bench`, with --recall all]")  # fmt: skip
+                        help="an arm; may be repeated [3 of `mobo bench`'s group picked; --recall: all]")  # fmt: skip
     parser.add_argument("--poses", type=int, metavar="N",
                         help="first poses of each voxel [4; with --recall 30, for 7 joints a sixth]")  # fmt: skip
     parser.add_argument("--recall", action="store_true", help="recall of reachable poses instead of the comparison")

@@ -40,6 +40,21 @@ def read_with_notice(bag: str) -> StudyRecord:
         return read_study(bag)
 
 
+def read_lean_argument(bag: str) -> StudyRecord:
+    """Read of a bag trials and designs, without URDFs and maps, which takes little memory; tell its faults likewise.
+
+    Raises:
+        InputError: no bag, or not one of a mobo study.
+    """
+    from mobo_core.bag.collector import past_study
+
+    with notice(f"reading {bag}"):
+        study = past_study(Path(bag))
+    for fault in study.faults:
+        print(fault, file=sys.stderr)
+    return study
+
+
 def fault_lines(study: StudyRecord) -> list[str]:
     """Return a line for each file that does not end as it should."""
     writer = lock_holder(study.path)
