@@ -36,8 +36,10 @@ def replace_whole(path: Path, data: bytes) -> None:
         OSError: it cannot be written; what was there stays.
     """
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part.unlink(missing_ok=True)  # of a process that was killed; a link is removed, not followed
     try:
-        part.write_bytes(data)
+        with part.open("xb") as file:
+            file.write(data)
         os.replace(part, path)
     finally:
         part.unlink(missing_ok=True)

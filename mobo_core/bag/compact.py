@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
-import shutil
 from pathlib import Path
 
+from mobo_core.bag.chain import beginning
 from mobo_core.bag.files import METADATA_FILE, bag_files, write_metadata
 from mobo_core.bag.lock import LOCK_FILE
-from mobo_core.bag.reader import FileContent, read_record, stream
+from mobo_core.bag.reader import FileContent, first_record, stream, with_sessions
+from mobo_core.bag.recover import read_through
 from mobo_core.bag.writer import CHUNK_BYTES, McapFile, custom_data
 from mobo_core.errors import InputError, StudyError
 
@@ -24,28 +26,23 @@ def compact_bag(folder: Path) -> tuple[int, int]:
     the folder stays in it. The caller holds the bag's lock.
 
     Raises:
-        InputError: no bag, or one that is not whole.
+        InputError: no bag, or one that is not whole; something else has the new file's name.
         StudyError: no room, or a file system on which folders cannot change places; the old bag is as it was.
     """
-    if folder.is_file():
-        raise InputError("is a file", where=str(folder), expected="the folder of a bag")
-    folder = folder.resolve()
-    files = bag_files(folder)
-    record = read_record(folder)
-    new = folder.with_name(f".{folder.name}.compacting")
+    folder, contents = whole_bag(folder)
+    record = first_record(contents)
+    new = aside(folder)
     _clear(new, folder)
     new.mkdir()
     try:
-        file = McapFile(new / f"{folder.name}_0.mcap", record, CHUNK_BYTES)
-        digest = []
-        for path in files:
-            content = FileContent(path)
-            for entry in stream(content):
-                file.copy(entry.channel, entry.data, entry.time_ns)
-                digest.append(hash(entry))
-            if not content.finished:
-                expected = f"a whole bag; mobo bag recover {folder} makes it one"
-                raise InputError(content.fault or "cut off", where=str(path), expected=expected)
+        chain = beginning("compacted", files=str(len(contents)), was=contents[-1].digest)
+        file = McapFile(new / f"{folder.name}_0.mcap", record, CHUNK_BYTES, chain=chain)
+        digest, said = [], record
+        for session, entry in with_sessions(content.path for content in contents):
+            if session != said:
+                file.session(said := session)
+            file.copy(entry.channel, entry.data, entry.time_ns)
+            digest.append(hash(entry))
         file.finish()
         written = FileContent(file.path)
         if [hash(entry) for entry in stream(written)] != digest or not written.finished:
@@ -53,7 +50,7 @@ def compact_bag(folder: Path) -> tuple[int, int]:
         write_metadata(new, [file.summary], custom_data(record))
         for path in (new / METADATA_FILE, new):
             _sync(path)
-        before = sum(path.stat().st_size for path in files)
+        before = sum(content.path.stat().st_size for content in contents)
         _exchange(new, folder)
         _sync(folder.parent)
     finally:
@@ -61,16 +58,55 @@ def compact_bag(folder: Path) -> tuple[int, int]:
     return before, (folder / file.path.name).stat().st_size
 
 
+def whole_bag(folder: Path) -> tuple[Path, list[FileContent]]:
+    """Return a bag's folder without links, and its files, read through; one NAME_0.mcap may take their place.
+
+    Raises:
+        InputError: they are not whole, or something else has that name.
+    """
+    if folder.is_file():
+        raise InputError("is a file", where=str(folder), expected="the folder of a bag")
+    folder = folder.resolve()
+    files = bag_files(folder)
+    contents = list(map(read_through, files))
+    for content in contents:
+        if not content.finished:
+            expected = f"a whole bag; mobo bag recover {folder} makes it one"
+            raise InputError(content.fault or "cut off", where=str(content.path), expected=expected)
+    first = folder / f"{folder.name}_0.mcap"
+    if first not in files and os.path.lexists(first):
+        raise InputError("is no file of this bag", where=str(first), expected="another place for it")
+    return folder, contents
+
+
+def aside(folder: Path) -> Path:
+    """Return where a bag is written that shall take the place of the one in a folder.
+
+    Raises:
+        InputError: a link is there.
+    """
+    new = folder.with_name(f".{folder.name}.compacting")
+    if new.is_symlink() or (new.exists() and not new.is_dir()):
+        raise InputError("is a link or a file", where=str(new), expected="nothing there")
+    return new
+
+
 def _clear(aside: Path, folder: Path) -> None:
     """Remove the bag that stands aside, after moving into the folder what is not of the bag."""
     if not aside.is_dir():
         return
+    own = {METADATA_FILE, LOCK_FILE}
+    with contextlib.suppress(InputError):
+        files = bag_files(aside, folder.name)
+        own |= {path.name for path in files} | {path.with_suffix(".recovering").name for path in files}
     for entry in aside.iterdir():
-        if entry.name not in (METADATA_FILE, LOCK_FILE) and entry.suffix not in (".mcap", ".recovering"):
+        if entry.name not in own:
             if os.path.lexists(folder / entry.name):
                 raise StudyError(f"{entry}: is in {folder} too; move one of them away")
             os.rename(entry, folder / entry.name)
-    shutil.rmtree(aside)
+    for entry in aside.iterdir():
+        entry.unlink()
+    aside.rmdir()
 
 
 def _exchange(one: Path, other: Path) -> None:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,26 +18,74 @@ from mobo_core.outputs import replace_whole
 
 METADATA_FILE = "metadata.yaml"
 
+_NUMBERED = re.compile(r"(.*)_(\d{1,9})\.mcap", re.ASCII | re.DOTALL)
+_MAX_METADATA_BYTES = 1_000_000
+_MAX_QOS_BYTES = 20_000
 
-def bag_files(folder: Path | str) -> list[Path]:
+
+def number_of(path: Path) -> int:
+    """Return the number in a file's name NAME_<number>.mcap; -1 if it has none."""
+    match = _NUMBERED.fullmatch(path.name)
+    return int(match[2]) if match else -1
+
+
+def bag_files(folder: Path | str, name: str = "") -> list[Path]:
     """Return the MCAP files of a bag in the order they were written; a single file is a bag of one.
 
+    Those are the ones that metadata.yaml names, and ones of a later number (its writer was killed) that are named
+    alike or like the folder. Without a metadata.yaml those named like the folder, else all if they are named alike.
+    Other recordings in the folder are none of the bag's.
+
+    Args:
+        folder: of the bag, or a file.
+        name: of the folder, if it has another for the moment.
+
     Raises:
-        InputError: no such folder, or no MCAP file in it.
+        InputError: no such folder, or no MCAP file in it; two files of one number.
     """
     path = Path(folder)
     if path.is_file():
         return [path]
     if not path.is_dir():
         raise InputError("no such bag", where=str(path), expected="the folder of a bag, or an .mcap file")
-    found = {}
-    for file in path.glob("*.mcap"):
-        match = re.fullmatch(r".*_(\d+)\.mcap", file.name)
-        if match:
-            found[int(match[1])] = file
+    found = [file for file in path.glob("*.mcap") if number_of(file) >= 0 and file.is_file()]
     if not found:
         raise InputError("not a bag", where=str(path), expected="files NAME_0.mcap, NAME_1.mcap, …")
-    return [found[number] for number in sorted(found)]
+    listed = listed_files(path)
+    own = [file for file in found if file.name in listed]
+    last = max(map(number_of, own), default=-1)
+    prefixes = {_prefix(file) for file in own} | {name or path.absolute().name}
+    own += [file for file in found if number_of(file) > last and _prefix(file) in prefixes]
+    own = sorted(own or found, key=number_of)
+    if len({_prefix(file) for file in own} - prefixes) > 1:
+        raise InputError("several recordings", where=str(path), expected="one bag in a folder")
+    for one, other in pairwise(own):
+        if number_of(one) == number_of(other):
+            raise InputError(f"both {one.name} and {other.name}", where=str(path), expected="one bag in a folder")
+    return own
+
+
+def listed_files(folder: Path) -> set[str]:
+    """Return the names of the files that a bag's metadata.yaml names; none if it cannot be read."""
+    names = read_metadata(folder).get("relative_file_paths")
+    return {name for name in names if isinstance(name, str)} if isinstance(names, list) else set()
+
+
+def read_metadata(folder: Path) -> dict[str, Any]:
+    """Return what a bag's metadata.yaml holds; nothing if there is none, or none that can be read."""
+    path = folder / METADATA_FILE
+    try:
+        if not path.is_file() or path.stat().st_size > _MAX_METADATA_BYTES:
+            return {}
+        information = yaml.safe_load(path.read_bytes())["rosbag2_bagfile_information"]
+    except (OSError, yaml.YAMLError, ValueError, KeyError, TypeError, RecursionError):
+        return {}
+    return information if isinstance(information, dict) else {}
+
+
+def _prefix(file: Path) -> str:
+    match = _NUMBERED.fullmatch(file.name)
+    return match[1] if match else ""
 
 
 def qos_profile(*, latched: bool = False, depth: int = 1000) -> dict[str, Any]:
@@ -110,12 +159,8 @@ class FileSummary:
         return sum(count for _, count in self.counts.values())
 
 
-def write_metadata(folder: Path, summaries: Iterable[FileSummary], custom: dict[str, str]) -> None:
-    """Write metadata.yaml (version 9, as rosbag2 of Jazzy) in one piece.
-
-    Raises:
-        StudyError: it cannot be written; an older one is left as it was.
-    """
+def metadata_of(summaries: Iterable[FileSummary], custom: dict[str, str]) -> dict[str, Any]:
+    """Return what metadata.yaml says of a bag's files (version 9, as rosbag2 of Jazzy)."""
     files = list(summaries)
     filled = [file for file in files if file.n_messages]
     start = min((file.first_ns for file in filled), default=0)
@@ -124,7 +169,7 @@ def write_metadata(folder: Path, summaries: Iterable[FileSummary], custom: dict[
     for file in files:
         for topic, (channel, count) in file.counts.items():
             topics[topic] = (channel, count + topics.get(topic, (channel, 0))[1])
-    information = {
+    return {
         "version": 9,
         "storage_identifier": "mcap",
         "duration": {"nanoseconds": end - start},
@@ -146,6 +191,15 @@ def write_metadata(folder: Path, summaries: Iterable[FileSummary], custom: dict[
         "custom_data": custom,
         "ros_distro": "jazzy",
     }
+
+
+def write_metadata(folder: Path, summaries: Iterable[FileSummary], custom: dict[str, str]) -> None:
+    """Write metadata.yaml in one piece.
+
+    Raises:
+        StudyError: it cannot be written; an older one is left as it was.
+    """
+    information = metadata_of(summaries, custom)
     text = yaml.safe_dump({"rosbag2_bagfile_information": information}, sort_keys=False)
     try:
         replace_whole(folder / METADATA_FILE, text.encode())
@@ -160,8 +214,17 @@ def _topic(channel: Channel, count: int) -> dict[str, Any]:
             "name": channel.topic,
             "type": channel.type_name,
             "serialization_format": "cdr",
-            "offered_qos_profiles": yaml.safe_load(metadata.get("offered_qos_profiles", "")) or [],
+            "offered_qos_profiles": _qos(metadata.get("offered_qos_profiles", "")),
             "type_description_hash": metadata.get("topic_type_hash", ""),
         },
         "message_count": count,
     }
+
+
+def _qos(text: str) -> list[Any]:
+    """Return the quality of service that a channel's description holds; none if it is not readable."""
+    try:
+        profiles = yaml.safe_load(text) if len(text) <= _MAX_QOS_BYTES else []
+    except (yaml.YAMLError, ValueError, RecursionError):
+        return []
+    return profiles if isinstance(profiles, list) else []

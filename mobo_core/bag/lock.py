@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import os
 import socket
+import stat
 from pathlib import Path
 from typing import IO
 
-from mobo_core.errors import InUseError
+from mobo_core.errors import InputError, InUseError
 
 LOCK_FILE = ".lock"
+MAX_LOCK_BYTES = 10_000
 
 
 class BagLock:
@@ -24,6 +27,7 @@ class BagLock:
 
     Raises:
         InUseError: another process holds it; says which (node, host, pid).
+        InputError: what stands in the lock's place is not one.
         OSError: no such folder, or it cannot be made or written to.
     """
 
@@ -32,7 +36,7 @@ class BagLock:
         while True:
             if make:
                 folder.mkdir(parents=True, exist_ok=True)
-            self._file: IO[str] = path.open("a+", encoding="utf-8")
+            self._file: IO[str] = open_lock(path, make=True)
             try:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 mine, there = os.fstat(self._file.fileno()), os.stat(path)
@@ -42,7 +46,7 @@ class BagLock:
                 pass  # the holder has gone, and the bag with it, because nothing was recorded
             except OSError:
                 self._file.seek(0)
-                holder = holder_name(self._file.read())
+                holder = holder_name(self._file.read(MAX_LOCK_BYTES))
                 self._file.close()
                 expected = "a bag no optimizer writes to"
                 raise InUseError(f"in use by {holder}", where=str(folder), expected=expected) from None
@@ -56,10 +60,35 @@ class BagLock:
         self._file.close()
 
 
+def open_lock(path: Path, *, make: bool = False) -> IO[str]:
+    """Open a lock file, to read it or (``make``) to hold it; never what a link leads to, or a pipe.
+
+    Raises:
+        InputError: what is there is no plain file.
+        OSError: it cannot be opened.
+    """
+    flags = os.O_RDWR | os.O_APPEND | os.O_CREAT if make else os.O_RDONLY
+    try:
+        descriptor = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
+    except OSError as error:
+        if error.errno in (errno.ELOOP, errno.ENXIO):
+            raise _no_lock(path) from None
+        raise
+    there = os.fstat(descriptor)
+    if not stat.S_ISREG(there.st_mode) or there.st_nlink > 1:
+        os.close(descriptor)
+        raise _no_lock(path)
+    return os.fdopen(descriptor, "a+" if make else "r", encoding="utf-8", errors="replace")
+
+
+def _no_lock(path: Path) -> InputError:
+    return InputError("is a link, a pipe or the like", where=str(path), expected="a lock file, or none")
+
+
 def holder_name(text: str) -> str:
     """Return who a lock file names."""
     try:
         who: dict[str, object] = json.loads(text)
-        return f"{who['node']} on {who['host']}, pid {who['pid']}"
-    except (ValueError, KeyError, TypeError):
+        return f"{who['node']!s:.200} on {who['host']!s:.200}, pid {who['pid']!s:.20}"
+    except (ValueError, KeyError, TypeError, RecursionError):
         return "another process"

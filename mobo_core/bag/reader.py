@@ -9,18 +9,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-import zstandard
 from mcap import records
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
+from mobo_core.bag.chain import BEGIN_RECORD, END_RECORD, Digest
+from mobo_core.bag.chunks import MAX_CHUNK_BYTES, Budget, DamageError, opened
 from mobo_core.bag.files import Channel, FileSummary, bag_files
 from mobo_core.bag.writer import STUDY_RECORD
 from mobo_core.errors import InputError
 
-_MAX_RECORD_BYTES = 256_000_000
 # A record begins with its opcode and its length. The file ends with the footer's record (two offsets and
 # their CRC) and the magic bytes.
 _HEAD = struct.Struct("<BQ")
@@ -55,6 +55,11 @@ class FileContent:
         entries: its whole messages, if they were kept.
         summary: times and counts of its whole messages.
         record: the metadata record ``mobo``.
+        sessions: (number of messages before it, record) of each metadata record ``mobo``: a compacted file has one
+            for each session.
+        chain: what the hash chain begins with; empty in files of older trees.
+        end: what the file says of itself at its end.
+        digest: what its messages and records hash to, if all of them were read.
         finished: whether it ends as an MCAP file should.
         fault: what is wrong with it, or "".
         cut_off: whether the fault is no more than a missing end.
@@ -65,6 +70,10 @@ class FileContent:
     entries: list[Entry] = field(default_factory=list)
     summary: FileSummary = field(init=False)
     record: dict[str, str] = field(default_factory=dict)
+    sessions: list[tuple[int, dict[str, str]]] = field(default_factory=list)
+    chain: dict[str, str] = field(default_factory=dict)
+    end: dict[str, str] = field(default_factory=dict)
+    digest: str = ""
     finished: bool = False
     fault: str = ""
     cut_off: bool = False
@@ -72,10 +81,6 @@ class FileContent:
 
     def __post_init__(self) -> None:
         self.summary = FileSummary(self.path.name)
-
-
-class _DamageError(Exception):
-    """What the file holds cannot be."""
 
 
 def stream(content: FileContent) -> Iterator[Entry]:
@@ -105,39 +110,40 @@ def stream(content: FileContent) -> Iterator[Entry]:
 def _entries(file: IO[bytes], content: FileContent) -> Iterator[Entry]:
     schemas: dict[int, records.Schema] = {}
     channels: dict[int, tuple[str, Channel]] = {}
+    digest, budget = Digest(), Budget(content.path)
     # No record is longer than the file: a damaged length shall not fill the memory.
-    limit = min(_MAX_RECORD_BYTES, content.path.stat().st_size)
+    limit = min(MAX_CHUNK_BYTES, content.path.stat().st_size)
     reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=limit)
     for outer in reader.records:
-        for record in _opened(outer):
-            if isinstance(record, records.Schema):
+        for record in opened(outer, budget):
+            if isinstance(record, records.Message):
+                kind, channel = channels[record.channel_id]
+                digest.message(channel, record.log_time, record.data)
+                yield Entry(channel.topic, kind, record.log_time, record.data, channel)
+            elif isinstance(record, records.Schema):
                 schemas[record.id] = record
             elif isinstance(record, records.Channel):
                 channels[record.id] = _channel(record, schemas.get(record.schema_id))
-            elif isinstance(record, records.Message):
-                kind, channel = channels[record.channel_id]
-                yield Entry(channel.topic, kind, record.log_time, record.data, channel)
-            elif isinstance(record, records.Metadata) and record.name == STUDY_RECORD:
-                content.record = dict(record.metadata)
+            elif isinstance(record, records.Metadata):
+                _take_metadata(content, record.name, dict(record.metadata), digest)
             elif isinstance(record, records.Header) and record.profile not in ("ros2", ""):
                 raise InputError(f"profile {record.profile!r}", where=str(content.path), expected="a ROS 2 bag")
         content.whole_bytes = file.tell()
     _check_summary(file, outer)  # the last one is the footer
     content.finished = True
+    content.digest = digest.hex()
 
 
-def _opened(record: Any) -> Iterable[Any]:
-    """Return the records in a chunk, whose sizes and CRC are checked first; or the record itself."""
-    if not isinstance(record, records.Chunk):
-        return (record,)
-    if record.uncompressed_size > _MAX_RECORD_BYTES:
-        raise _DamageError(f"a chunk of {record.uncompressed_size} bytes")
-    # Else the size in the frame's own header would be believed.
-    if record.compression == "zstd" and (
-        zstandard.get_frame_parameters(record.data).content_size != record.uncompressed_size
-    ):
-        raise _DamageError("sizes of a chunk differ")
-    return breakup_chunk(record, validate_crc=True)
+def _take_metadata(content: FileContent, name: str, values: dict[str, str], digest: Digest) -> None:
+    if name == STUDY_RECORD:
+        content.record = content.record or values
+        content.sessions.append((content.summary.n_messages, values))
+    elif name == BEGIN_RECORD:
+        content.chain = content.chain or values
+    elif name == END_RECORD:
+        content.end = values
+        return
+    digest.record(name, values)
 
 
 def _channel(record: records.Channel, schema: records.Schema | None) -> tuple[str, Channel]:
@@ -159,7 +165,7 @@ def _blame(content: FileContent, error: Exception) -> None:
     ends = start + _HEAD.size + _HEAD.unpack(head)[1] if len(head) == _HEAD.size else size + 1
     last = len(head) == _HEAD.size and head[0] == Opcode.FOOTER
     content.cut_off = not ended and ends + len(MCAP0_MAGIC) * last > size
-    detail = str(error) if isinstance(error, McapError | _DamageError) and str(error) else type(error).__name__
+    detail = str(error) if isinstance(error, McapError | DamageError) and str(error) else type(error).__name__
     content.fault = "cut off" if content.cut_off else f"damaged after byte {content.whole_bytes} ({detail:.100})"
 
 
@@ -167,12 +173,20 @@ def _check_summary(file: IO[bytes], footer: Any) -> None:
     """Raise if the index behind the messages is damaged, which the stream reader passes over."""
     here = file.tell()
     if file.read(1):
-        raise _DamageError("bytes after its end")
+        raise DamageError("bytes after its end")
     if footer.summary_crc:
         file.seek(footer.summary_start or here - _FOOTER_BYTES)
         data = file.read(max(0, here - _AFTER_CRC_BYTES - file.tell()))
         if zlib.crc32(data) != footer.summary_crc:
-            raise _DamageError("CRC of the index differs")
+            raise DamageError("CRC of the index differs")
+
+
+def with_sessions(paths: Iterable[Path]) -> Iterator[tuple[dict[str, str], Entry]]:
+    """Yield (record of its session, message) for all whole messages of some files; errors as :func:`stream`."""
+    for path in paths:
+        content = FileContent(path)
+        for entry in stream(content):
+            yield content.sessions[-1][1] if content.sessions else {}, entry
 
 
 def read_file(path: Path) -> FileContent:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mobo_core.bag.blank import clear_blank, is_blank
+from mobo_core.bag.chain import beginning
 from mobo_core.bag.collector import past_study
 from mobo_core.bag.files import FileSummary, write_metadata
 from mobo_core.bag.lock import LOCK_FILE, BagLock
@@ -53,6 +54,7 @@ class StudyBag:
         self.folder, self.name, self.settings, self._prefix = folder, name, settings, prefix
         self._files: list[FileSummary] = []  # those that are whole
         self._file: McapFile | None = None
+        self._digest = ""  # of the last of them
         self._past: StudyRecord | None = None
         _check(folder, name, settings, resume=resume)
         try:
@@ -90,9 +92,15 @@ class StudyBag:
             StudyError: no room to make a file whole; it is as it was.
         """
         self._past = None
-        for content in past.contents:
-            whole = content if content.finished else recover_file(content, self._record)
+        for i, content in enumerate(past.contents):
+            next_says = past.contents[i + 1].chain.get("previous", "") if i + 1 < len(past.contents) else ""
+            whole = content if content.finished else recover_file(content, self._record, self._digest, next_says)
             self._files.append(whole.summary)
+            self._digest = whole.digest
+
+    def note(self, **values: object) -> None:
+        """Put more into the record that the files of this session begin with."""
+        self._record |= {name: str(value) for name, value in values.items()}
 
     @property
     def recording(self) -> bool:
@@ -116,9 +124,10 @@ class StudyBag:
         if self._file is not None and self._file.n_chunks >= _MAX_CHUNKS:
             self._file.finish()
             self._files.append(self._file.summary)
-            self._file = None
+            self._digest, self._file = self._file.digest, None
         if self._file is None:
-            self._file = McapFile(next_file(self.folder), self._record, version=self._version)
+            chain = beginning("recorded", self._digest)
+            self._file = McapFile(next_file(self.folder), self._record, version=self._version, chain=chain)
         self._file.write(self._prefix + topic, kind, data)
 
     def close(self) -> None:

@@ -10,8 +10,9 @@ from typing import Any
 
 from mcap.writer import CompressionType, Writer
 
-from mobo_core.bag.files import Channel, FileSummary, bag_files, channel_of
-from mobo_core.errors import StudyError
+from mobo_core.bag.chain import BEGIN_RECORD, END_RECORD, Digest, beginning
+from mobo_core.bag.files import Channel, FileSummary, bag_files, channel_of, number_of
+from mobo_core.errors import InputError, StudyError
 from mobo_core.messages import SCHEMA_VERSION
 from mobo_core.version import __version__
 
@@ -32,6 +33,7 @@ class McapFile:
         record: the metadata record named ``mobo``: what the study is.
         chunk_bytes: let chunks grow to so many bytes; 0: a chunk for each message.
         version: schema version of the messages that :meth:`write` gets.
+        chain: what the hash chain begins with (see :mod:`mobo_core.bag.chain`); by default as in a bag's first file.
 
     Attributes:
         path: the file.
@@ -42,12 +44,17 @@ class McapFile:
     """
 
     def __init__(
-        self, path: Path, record: dict[str, str], chunk_bytes: int = 0, version: int = SCHEMA_VERSION
+        self,
+        path: Path,
+        record: dict[str, str],
+        chunk_bytes: int = 0,
+        version: int = SCHEMA_VERSION,
+        chain: dict[str, str] | None = None,
     ) -> None:
         self.path, self.summary, self._version = path, FileSummary(path.name), version
         self._channels: dict[Channel, int] = {}
         self._schemas: dict[tuple[str, bytes], int] = {}
-        self._chunk_bytes, self._failed = chunk_bytes, False
+        self._chunk_bytes, self._failed, self._digest = chunk_bytes, False, Digest()
         try:
             self._stream = _WholePieces(path)
         except OSError as error:
@@ -60,7 +67,8 @@ class McapFile:
         )
         try:
             self._writer.start(profile="ros2", library=f"mobo {__version__}")
-            self._writer.add_metadata(STUDY_RECORD, record)
+            self._add_record(STUDY_RECORD, record)
+            self._add_record(BEGIN_RECORD, beginning("recorded") if chain is None else chain)
             self._writer.flush()
         except OSError as error:
             self._stream.close()
@@ -94,12 +102,29 @@ class McapFile:
                 self._writer.flush()
         except OSError as error:
             raise self._error(error) from None
+        self._digest.message(channel, time_ns, data)
         self.summary.add(channel, time_ns)
+
+    def session(self, record: dict[str, str]) -> None:
+        """Let what follows be of a session with this record of the study."""
+        try:
+            self._writer.flush()
+            self._add_record(STUDY_RECORD, record)
+        except OSError as error:
+            raise self._error(error) from None
+
+    @property
+    def digest(self) -> str:
+        """What was written hashes to."""
+        return self._digest.hex()
 
     def finish(self) -> None:
         """Write index and footer, and close. A file that a write to failed stays without."""
         try:
             if not self._failed:
+                self._writer.flush()
+                end = {"messages": str(self.summary.n_messages), "sha256": self.digest}
+                self._writer.add_metadata(END_RECORD, end)
                 self._writer.finish()
                 self._stream.flush()
                 self._stream.sync()
@@ -112,6 +137,10 @@ class McapFile:
         """Close and remove the file."""
         self._stream.close()
         self.path.unlink(missing_ok=True)
+
+    def _add_record(self, name: str, values: dict[str, str]) -> None:
+        self._writer.add_metadata(name, values)
+        self._digest.record(name, values)
 
     def _register(self, channel: Channel) -> int:
         key = channel.type_name, channel.definition
@@ -167,8 +196,14 @@ class _WholePieces:
 
 def next_file(folder: Path) -> Path:
     """Return the path of the next file of a bag."""
-    numbers = [int(path.stem.rsplit("_", 1)[1]) for path in bag_files(folder)] if any(folder.glob("*.mcap")) else []
-    return folder / f"{folder.name}_{max(numbers, default=-1) + 1}.mcap"
+    try:
+        number = max(number_of(path) for path in bag_files(folder)) + 1
+    except InputError:
+        number = 0
+    # What is there may be no file of the bag; no name is taken from it.
+    while os.path.lexists(path := folder / f"{folder.name}_{number}.mcap"):
+        number += 1
+    return path
 
 
 def custom_data(record: dict[str, Any]) -> dict[str, str]:

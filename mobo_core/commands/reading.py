@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mobo_core.bag.lock import LOCK_FILE, holder_name
+from mobo_core.bag.lock import LOCK_FILE, MAX_LOCK_BYTES, holder_name, open_lock
 from mobo_core.bag.record import StudyRecord
 from mobo_core.commands import progress
 from mobo_core.errors import InputError
@@ -70,12 +70,12 @@ def fault_lines(study: StudyRecord) -> list[str]:
 def lock_holder(bag: Path) -> str:
     """Return who writes to a bag at this moment, or ""; the bag stays as it is."""
     try:
-        with ((bag if bag.is_dir() else bag.parent) / LOCK_FILE).open(encoding="utf-8") as file:
+        with open_lock((bag if bag.is_dir() else bag.parent) / LOCK_FILE) as file:
             try:
                 fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
             except BlockingIOError:
-                return holder_name(file.read())
-    except OSError:
+                return holder_name(file.read(MAX_LOCK_BYTES))
+    except (OSError, InputError):
         pass
     return ""
 
