@@ -15,6 +15,7 @@ from mobo_core.commands import cli
 from mobo_core.coordination.answer import AnswerEngine, Answering
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.optimizer import Optimizer
+from mobo_core.evaluation.kernel_sources import kernel_hash
 from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, decode, encode
 from mobo_core.search.study import StudySettings
 
@@ -69,7 +70,8 @@ def run_study(
             holds = [candidate for candidate in pending if candidate.evaluator == evaluator]
             status = EvaluatorStatus(evaluator=evaluator,
                 workers=2,
-                engine="simulated",
+                engine=engine,
+                kernel_hash="" if engine == "simulated" else kernel_hash(),
                 host_id="test",
                 studies=[name] * len(holds),
                 trials=[candidate.trial for candidate in holds],

@@ -50,6 +50,7 @@ def study_record(name: str, settings: StudySettings, schema_version: int = SCHEM
         "spec": settings.spec.to_json(),
         "objectives": ",".join(settings.objectives),
         **{key: str(values[key]) for key in _PLAIN},
+        "engine": settings.engine,
         "versions": json.dumps(versions(), sort_keys=True),
         "schema_version": str(schema_version),
     }
@@ -83,6 +84,7 @@ def settings_of(record: dict[str, str], where: str) -> StudySettings:
                 "space": DesignSpace.of(json.loads(record["space"]), where=f"{where}: space"),
                 "spec": EvaluationSpec.of(json.loads(record["spec"]), where=f"{where}: spec"),
                 "objectives": record.get("objectives", "reach,torque"),  # which older bags do not say
+                "engine": record.get("engine", ""),
                 **{key: record[key] for key in _PLAIN},
             },
             where=where,

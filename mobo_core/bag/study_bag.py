@@ -64,14 +64,17 @@ class StudyBag:
             raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
         try:
             # Again: another optimizer may have been faster.
-            self._new = not _check(folder, name, settings, resume=resume)
+            recorded = _check(folder, name, settings, resume=resume)
+            self._new = recorded is None
+            if recorded is not None:
+                self.settings = recorded
             if self._new:
                 clear_blank(folder)
         except BaseException:
             self._lock.release()
             raise
         self._version = SCHEMA_VERSION if self._new else schema_version_of(read_record(folder), str(folder))
-        self._record = study_record(name, settings, self._version)
+        self._record = study_record(name, self.settings, self._version)
 
     def past(self) -> StudyRecord | None:
         """Return what the bag holds of the study, as :func:`past_study` does; None if it is new. Touches nothing.
@@ -184,20 +187,23 @@ def _holds_something(folder: Path) -> bool:
         raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
 
 
-def _check(folder: Path, name: str, settings: StudySettings, *, resume: bool) -> bool:
-    """Return whether there is a bag to go on with; errors as :class:`StudyBag`."""
+def _check(folder: Path, name: str, settings: StudySettings, *, resume: bool) -> StudySettings | None:
+    """Return the settings of the bag to go on with, if there is one; errors as :class:`StudyBag`."""
     if not resume:
         check_new(folder)
-        return False
+        return None
     recorded = recorded_study(folder)
-    if recorded is not None:
-        _same_study(*recorded, name, settings, str(folder))
-    return recorded is not None
+    if recorded is None:
+        return None
+    _same_study(*recorded, name, settings, str(folder))
+    return recorded[1]
 
 
 def _same_study(its_name: str, recorded: StudySettings, name: str, settings: StudySettings, where: str) -> None:
     if its_name != name:
         raise InputError(f"holds study {its_name!r}", where=where, expected=f"study {name!r}")
+    if "" in (recorded.engine, settings.engine):  # whichever: what its candidates say holds
+        settings = settings.model_copy(update={"engine": recorded.engine})
     difference = recorded.first_difference(settings)
     if difference:
         setting, old, new = difference

@@ -87,6 +87,8 @@ class Answering:
             if candidate.schema_version != SCHEMA_VERSION:
                 expected = f"{SCHEMA_VERSION}, this evaluator's"
                 raise UnableError(str(candidate.schema_version), where="schema_version", expected=expected)
+            if candidate.engine not in ("", self.engine):
+                raise UnableError(repr(candidate.engine)[:40], where="engine", expected=self.engine)
             spec = spec_from_message(candidate.spec)
             result = self._evaluate(candidate, spec)
         except UnableError as error:

@@ -41,7 +41,7 @@ class Dispatcher:
         silence_s: float = 4.0,
         grace_s: float = 2.0,
     ) -> None:
-        self._lease_s, self._max_attempts = lease_s, max_attempts
+        self._lease_s, self.max_attempts = lease_s, max_attempts
         self.evaluation_timeout_s = evaluation_timeout_s
         self._silence_s, self._grace_s = min(silence_s, lease_s), grace_s
         self._board = Board()
@@ -198,7 +198,7 @@ class Dispatcher:
         record = self._open[dispatch.trial]
         record.failed.add(dispatch)
         self._board.drop(dispatch)
-        if len(record.failed) < self._max_attempts:
+        if len(record.failed) < self.max_attempts:
             return False
         self.close(dispatch.trial)
         self._exhausted[dispatch.trial] = record

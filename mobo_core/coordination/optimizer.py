@@ -10,6 +10,7 @@ import numpy as np
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.study_bag import StudyBag
+from mobo_core.coordination.admission import Admission
 from mobo_core.coordination.answers import claim_of, read_heartbeat
 from mobo_core.coordination.control import Controls
 from mobo_core.coordination.dispatch import Dispatcher
@@ -69,6 +70,8 @@ class Optimizer:
         self.controls = Controls(bag.name, settings.space, self._record_command)
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = log, warn
+        self._admission = Admission(bag.settings.engine, log, warn)
+        bag.note(max_attempts=dispatcher.max_attempts)
         self._spec_message = spec_to_message(settings.spec)
         self._xacro = PreparedXacro(settings.space)
         self._urdfs: dict[int, str] = {}
@@ -125,6 +128,8 @@ class Optimizer:
                 for study, trial, attempt in zip(status.studies, status.trials, status.attempts, strict=True)
                 if study == self._bag.name
             ]
+            if name not in self._dispatcher.evaluators and not self._admission.admits(status, now):
+                return
             if self._dispatcher.heard(name, status.workers, holds, now):
                 self._record_evaluator(status, EvaluatorStatus.JOINED)
                 version = status.mobo_version or "of an unknown version"
@@ -217,6 +222,7 @@ class Optimizer:
     def _replay(self, past: StudyRecord) -> None:
         """Bring the study to where its bag left it."""
         sent = self._progress.rebuild(past, self._log)
+        self._admission.engine = self._admission.engine or next((c.engine for c in past.candidates if c.engine), "")
         self.controls.repeat(past.commands, len(self.study.asked))
         for number in range(len(self.study.told), len(self.study.asked)):
             self._open(self.study.asked[number], sent.get(number))
@@ -246,6 +252,7 @@ class Optimizer:
             tip=TIP_LINK,
             spec=self._spec_message,
             objectives=list(self.settings.objectives),
+            engine=self._admission.engine,
             params_json=json.dumps(asked.params),
         )
         self.resent += dispatch.attempt > 1

@@ -24,7 +24,8 @@ from mobo_core.settings import Listed, Settings
 _MANY = 2**31 - 1
 _MOST_THREADS, _MOST_PER_CORE = 64, 16
 _LONG_S = 1e6
-_OF_STUDY = ("objectives", "sampler", "n_startup_trials", "seed", "in_flight")  # settings that are options too
+# Settings that are options too.
+_OF_STUDY = ("objectives", "sampler", "n_startup_trials", "seed", "in_flight", "engine")
 _OF_SPACE = ("n_joints", "lengths")
 
 
@@ -50,6 +51,7 @@ class OptimizerOptions(Settings):
     sampler: str = _as_in(StudySettings, "sampler")
     seed: int = _as_in(StudySettings, "seed")
     in_flight: int = _as_in(StudySettings, "in_flight")
+    engine: str = _as_in(StudySettings, "engine")
     spec: str = Field("paper", description=f"what is asked of an arm: a preset ({', '.join(PRESETS)}) or a YAML file")
     bag: str = Field("", description="folder of the bag; empty: bags/<study_name>")
     resume: bool = Field(
@@ -109,6 +111,7 @@ class OptimizerOptions(Settings):
             space = read.to_dict() | {name: space[name] for name in _OF_SPACE if name not in fixed}
         values["space"] = space | over
         values |= {name: getattr(self, name) for name in _OF_STUDY if name in given}
+        values["engine"] = values["engine"] if recorded.engine else ""  # of an older bag: any
         if "objectives" in given:
             values["objectives"] = self.objectives.split(",")
         if "spec" in given:

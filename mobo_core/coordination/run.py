@@ -32,7 +32,7 @@ def run_study(
     bag: Path | str | None = None,
     workers: int = 2,
     threads: int = 1,
-    engine: AnswerEngine = "kernel",
+    engine: AnswerEngine | None = None,
     resume: bool = False,
     progress: Callable[[int, int], None] = lambda told, total: None,
 ) -> StudyRecord:
@@ -48,13 +48,13 @@ def run_study(
         bag: folder of the bag; ``bags/<name>`` if None.
         workers: processes that evaluate.
         threads: of each worker.
-        engine: of the workers.
+        engine: of the workers; that of the settings or the bag if None, or else the kernel.
         resume: continue the bag if it exists.
         progress: called with (trials told, trials in all) now and then.
 
     Raises:
         InputError: a number that is none; the bag exists and ``resume`` is false, or is of another study or other
-            settings.
+            settings; its engine is another.
         StudyError: the bag cannot be written to, or the workers do not start.
     """
     for value, where in ((n_trials, "n_trials"), (workers, "workers"), (threads, "threads")):
@@ -65,9 +65,12 @@ def run_study(
     if chosen is None:
         recorded = resume and any(folder.glob("*.mcap"))
         chosen = settings_of(read_record(folder), str(folder)) if recorded else StudySettings()
-    study_bag = StudyBag(folder, name, chosen, resume=resume)
+    engine = engine or (chosen.engine or "kernel")
+    if chosen.engine not in ("", engine):
+        raise InputError(f"{engine!r}", where="engine", expected=f"{chosen.engine!r}, the study's")
+    study_bag = StudyBag(folder, name, chosen.model_copy(update={"engine": engine}), resume=resume)
     try:
-        _Run(study_bag, chosen, n_trials, progress).run(Answering(default_name(), engine, threads), workers)
+        _Run(study_bag, study_bag.settings, n_trials, progress).run(Answering(default_name(), engine, threads), workers)
     finally:
         study_bag.close()
     return read_study(folder)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 import optuna
 from optuna.trial import TrialState
@@ -39,6 +39,9 @@ class StudySettings(Settings):
     )
     in_flight: int = Field(
         8, ge=1, le=10_000, description="trials asked before the first of them is told; part of the study's function"
+    )
+    engine: Literal["", "kernel", "reference", "simulated"] = Field(
+        "", description="engine of all evaluators that get work; empty: that of the first one that joins"
     )
 
     @field_validator("objectives", mode="before")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from mobo_core.jit import numerics
+from mobo_core.evaluation.kernel_sources import kernel_sources
 from mobo_core.jit.cache import Cache
 
-CACHE = Cache("kernel", [*Path(__file__).parent.glob("*.py"), numerics.__file__], nogil=True)
+CACHE = Cache("kernel", kernel_sources(), nogil=True)
 compiled = CACHE.compiled

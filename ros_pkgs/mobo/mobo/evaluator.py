@@ -10,12 +10,13 @@ from rclpy.node import Node
 
 from mobo.diagnostics import publish_health
 from mobo.parameters import declare
-from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, Stop, light_executor, run, subscribe
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, light_executor, run, subscribe
 from mobo_core.coordination.answer import Answering
 from mobo_core.coordination.evaluator import HEARTBEAT_S, Evaluator, default_name
 from mobo_core.coordination.options import EvaluatorOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.pool import WorkerPool
+from mobo_core.coordination.stop import Stop
 from mobo_msgs.msg import Candidate, Evaluation, EvaluatorStatus, Trial
 
 HELP = help_text(

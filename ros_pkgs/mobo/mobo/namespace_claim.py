@@ -20,12 +20,13 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import LivelinessPolicy, QoSProfile
 
-from mobo.runtime import Stop, qos, subscribe
+from mobo.runtime import qos, subscribe
 from mobo_core import messages
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import host_id
 from mobo_core.coordination.namespace_claim import Claimant, NamespaceClaim, in_use
 from mobo_core.coordination.namespace_lock import NamespaceLock
+from mobo_core.coordination.stop import Stop
 from mobo_core.errors import InputError, InUseError
 from mobo_core.messages import decode, encode
 from mobo_msgs.msg import OptimizerStatus

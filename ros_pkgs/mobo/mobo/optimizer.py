@@ -13,7 +13,7 @@ from rclpy.node import Node
 from mobo.diagnostics import publish_health
 from mobo.namespace_claim import NodeNamespace
 from mobo.parameters import declare
-from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, Stop, run, subscribe
+from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, run, subscribe
 from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core import messages
@@ -25,6 +25,7 @@ from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.plan import plan_study, total_trials
+from mobo_core.coordination.stop import Stop
 from mobo_core.errors import MoboError
 from mobo_core.evaluation.advice import space_advice
 from mobo_core.messages import decode, encode

@@ -10,7 +10,7 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 
 from mobo.parameters import declare
-from mobo.runtime import Stop, qos, run
+from mobo.runtime import qos, run
 from mobo.viewer import BestArm
 from mobo_core import messages
 from mobo_core.bag.collector import message_of, read_study
@@ -18,6 +18,7 @@ from mobo_core.bag.reader import entries
 from mobo_core.bag.record import StudyRecord
 from mobo_core.coordination.options import ReplayOptions
 from mobo_core.coordination.parameters import help_text
+from mobo_core.coordination.stop import Stop
 from mobo_core.errors import InputError
 from mobo_core.messages import TOPICS, encode
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial

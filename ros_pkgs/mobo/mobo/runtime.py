@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
-import threading
 from collections.abc import Callable
 from pathlib import Path
-from types import FrameType
 
 # A study stays on its own host unless its user says otherwise; read by the middleware when it starts.
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
@@ -25,6 +22,7 @@ from rclpy.utilities import try_shutdown  # noqa: E402
 from mobo.shared_memory import clean_shared_memory  # noqa: E402
 from mobo_core.coordination.arguments import check_arguments  # noqa: E402
 from mobo_core.coordination.processes import die_with_parent  # noqa: E402
+from mobo_core.coordination.stop import Stop  # noqa: E402
 from mobo_core.errors import MoboError  # noqa: E402
 from mobo_core.settings import Settings  # noqa: E402
 
@@ -50,22 +48,6 @@ STATUS_QOS = qos(1, latched=True)
 def subscribe(node: Node, kind: type, topic: str, take: Callable[[bytes], None], profile: QoSProfile) -> None:
     """Have ``take`` called with the CDR bytes of each message: nothing is parsed before its size is known."""
     node.create_subscription(kind, topic, take, profile, raw=True)
-
-
-class Stop:
-    """Set by SIGINT and SIGTERM."""
-
-    def __init__(self) -> None:
-        self._event = threading.Event()
-        for number in (signal.SIGINT, signal.SIGTERM):
-            signal.signal(number, self._handle)
-
-    def _handle(self, number: int, frame: FrameType | None) -> None:
-        self._event.set()
-
-    def __bool__(self) -> bool:
-        """Return whether to stop."""
-        return self._event.is_set()
 
 
 def light_executor() -> Executor:

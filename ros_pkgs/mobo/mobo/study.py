@@ -12,13 +12,14 @@ from rclpy.node import Node
 from mobo.child import Child
 from mobo.parameters import declare
 from mobo.progress import StudyProgress
-from mobo.runtime import STATUS_QOS, Stop, run, subscribe
+from mobo.runtime import STATUS_QOS, run, subscribe
 from mobo_core import messages
 from mobo_core.coordination.arguments import parameter_word
 from mobo_core.coordination.closing import closing_line, go_on_command, is_last
 from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
 from mobo_core.coordination.parameters import help_text
 from mobo_core.coordination.plan import StudyPlan, plan_study
+from mobo_core.coordination.stop import Stop
 from mobo_core.coordination.supervision import Restarts
 from mobo_core.errors import InputError
 from mobo_core.messages import decode
@@ -52,6 +53,8 @@ class _Supervisor:
             self._progress.say(notice)
         self._folder, self._go_on = plan.folder, go_on_command(options, plan.name, node.get_namespace())
         self._restarts = Restarts()
+        if engine := plan.settings.engine:  # named or not: optimizer and evaluators shall have the same
+            options = options.model_copy(update={"engine": engine})
         asked = _arguments(node, options, OptimizerOptions)
         self.optimizer = Child("optimizer", asked, signal.SIGTERM)
         # It refuses bad parameters or a bag in use before there is anything to evaluate.
