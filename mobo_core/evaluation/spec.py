@@ -15,6 +15,7 @@ from mobo_core.settings import Settings
 
 MAX_VOXELS = 1_000_000
 MAX_POSES = 50_000_000
+MOST_RULES = 2
 
 Vector = tuple[float, float, float]
 
@@ -32,6 +33,9 @@ class EvaluationSpec(Settings):
     poses_per_voxel: int = Field(30, ge=1, le=65535, description="orientations at each voxel's centre")
     ik_mode: Literal["paper", "complete"] = Field(
         "paper", description="inverse kinematics: from random starts (paper), or from better ones (complete)"
+    )
+    rules: int = Field(
+        1, ge=1, le=MOST_RULES, description="of ik_mode complete: how starts are chosen and attempts given up"
     )
     restarts: int = Field(5, ge=0, le=1000, description="attempts after the first")
     iterations: int = Field(50, ge=1, le=10000, description="most steps in one attempt")
@@ -91,12 +95,12 @@ class EvaluationSpec(Settings):
 PRESETS: dict[str, dict[str, object]] = {
     "paper": {},
     "paper_fine": {"voxel_size": 0.1},
-    "mobo": {"ik_mode": "complete", "restarts": 31, "iterations": 10},
+    "mobo": {"ik_mode": "complete", "rules": 2, "restarts": 31, "iterations": 10},
 }
 
 
 def with_ik(spec: EvaluationSpec, ik_mode: str) -> EvaluationSpec:
-    """Return ``spec`` with another ik_mode, and the restarts and iterations of that mode's preset.
+    """Return ``spec`` with another ik_mode, and the rules, restarts and iterations of that mode's preset.
 
     Raises:
         InputError: no such mode.
@@ -104,7 +108,7 @@ def with_ik(spec: EvaluationSpec, ik_mode: str) -> EvaluationSpec:
     effort: dict[str, object] = {"ik_mode": ik_mode}
     for preset in (EvaluationSpec.of(values) for values in PRESETS.values()):
         if preset.ik_mode == ik_mode:
-            effort |= {"restarts": preset.restarts, "iterations": preset.iterations}
+            effort |= {"rules": preset.rules, "restarts": preset.restarts, "iterations": preset.iterations}
             break
     return EvaluationSpec.of({**spec.to_dict(), **effort})
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from mobo_core.errors import UnableError
-from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.evaluation.spec import MOST_RULES, EvaluationSpec
 from mobo_core.messages import SpecMessage
 
 # Fields that are reserved: what they hold in a question that asks nothing of them.
-_RESERVED = ("rules", "payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles", "target_poses")
+_RESERVED = ("payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles", "target_poses")
 _NEUTRAL = SpecMessage()
 
 
@@ -22,7 +22,7 @@ def spec_from_message(message: SpecMessage) -> EvaluationSpec:
     """Return the spec that a message holds, checked.
 
     Raises:
-        UnableError: a reserved field asks for something.
+        UnableError: a reserved field asks for something, or the rules are newer ones.
         InputError: a field that does not fit.
     """
     for name in _RESERVED:
@@ -34,4 +34,7 @@ def spec_from_message(message: SpecMessage) -> EvaluationSpec:
     for name in EvaluationSpec.model_fields:
         value = getattr(message, name)
         values[name] = value.tolist() if isinstance(value, np.ndarray) else value
+    values["rules"] = message.rules or 1
+    if message.rules > MOST_RULES:
+        raise UnableError(f"rules = {message.rules}", where="spec", expected=f"at most {MOST_RULES}")
     return EvaluationSpec.of(values, where="spec")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import math
-from typing import NoReturn
-from xml.etree.ElementTree import Element
-from xml.parsers import expat
+from xml.etree.ElementTree import Element, ParseError
+
+from defusedxml import DefusedXmlException
+from defusedxml.ElementTree import iterparse
 
 from mobo_core.errors import InputError
 
@@ -14,36 +16,25 @@ _MAX_NUMBER = 1e6
 
 
 def parse(data: bytes) -> Element:
-    """Return the root element, without the text between tags.
-
-    Raises:
-        InputError: it is not XML, has a DTD (hence, maybe, entities), or is nested too deep.
-    """
-    roots: list[Element] = []
-    open_: list[Element] = []
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        element = Element(tag, attributes)
-        (open_[-1] if open_ else roots).append(element)
-        open_.append(element)
-        if len(open_) > MAX_DEPTH:
-            raise InputError(f"elements nested deeper than {MAX_DEPTH}", where="urdf", expected="a URDF robot")
-
-    def end(tag: str) -> None:
-        open_.pop()
-
-    def doctype(*_: object) -> NoReturn:
-        raise InputError("forbidden XML (DTDForbidden)", where="urdf", expected="XML without DTD or entities")
-
-    # A tag of a namespace is none of URDF's: its name has the namespace in front.
-    parser = expat.ParserCreate(namespace_separator="}")
-    parser.StartElementHandler, parser.EndElementHandler = start, end
-    parser.StartDoctypeDeclHandler = doctype
+    """Return the root element; InputError if it is not XML, has a DTD or entities, or is nested too deep."""
+    depth = 0
+    root: Element | None = None
     try:
-        parser.Parse(data, True)
-    except (expat.ExpatError, ValueError, LookupError) as error:
+        for event, element in iterparse(io.BytesIO(data), events=("start", "end"), forbid_dtd=True):
+            root = element if root is None else root
+            depth += 1 if event == "start" else -1
+            if depth > MAX_DEPTH:
+                raise InputError(
+                    f"elements nested deeper than {MAX_DEPTH}", where="urdf", expected="a URDF robot"
+                )
+    except DefusedXmlException as error:
+        kind = type(error).__name__
+        raise InputError(f"forbidden XML ({kind})", where="urdf", expected="XML without DTD or entities") from None
+    except (ParseError, ValueError, LookupError) as error:
         raise InputError(f"not well-formed XML ({error})", where="urdf", expected="a URDF robot") from None
-    return roots[0]
+    if root is None:
+        raise InputError("empty", where="urdf", expected="a URDF robot")
+    return root
 
 
 def unique_names(elements: list[Element], kind: str) -> set[str]:

@@ -47,6 +47,22 @@ class Starts(NamedTuple):
     poses: Floats
 
 
+class Table(NamedTuple):
+    """A table of starts by rules 2 (see :mod:`mobo_core.evaluation.kernel.near`).
+
+    ``q`` (m, n) rad and ``codes`` (m,), unsorted; ``order`` (m,), ``cell_first`` (CELLS^3 + 1,) and ``poses`` (m, 12)
+    by cell. ``lower`` and ``apart`` (n,) rad: from where angles are sampled, and by how much starts of a pose differ.
+    """
+
+    q: Floats
+    codes: Ints
+    order: Ints
+    cell_first: Ints
+    poses: NDArray[np.float32]
+    lower: Floats
+    apart: Floats
+
+
 class Question(NamedTuple):
     """What is asked.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mobo_core.evaluation.kernel import compiled
 
 
@@ -76,6 +78,29 @@ def any_pair_collides(capsule_joint, capsule_a, capsule_b, capsule_radius, pairs
     for k in range(pairs.shape[0]):
         i, j = pairs[k, 0], pairs[k, 1]
         reach = capsule_radius[i] + capsule_radius[j]
+        if segment_distance_squared(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1]) <= reach * reach:
+            return True
+    return False
+
+
+@compiled
+def any_near_pair_collides(arm, origins, rotations, ends):
+    """Return what :func:`any_pair_collides` does, leaving out pairs whose middles are too far apart to touch."""
+    place_capsules(arm.capsule_joint, arm.capsule_a, arm.capsule_b, origins, rotations, ends)
+    radius = arm.capsule_radius
+    for k in range(arm.pairs.shape[0]):
+        i, j = arm.pairs[k, 0], arm.pairs[k, 1]
+        apart = half_i = half_j = 0.0
+        for axis in range(3):
+            a0, a1, b0, b1 = ends[i, 0, axis], ends[i, 1, axis], ends[j, 0, axis], ends[j, 1, axis]
+            apart += (a0 + a1 - b0 - b1) * (a0 + a1 - b0 - b1)
+            half_i += (a1 - a0) * (a1 - a0)
+            half_j += (b1 - b0) * (b1 - b0)
+        reach = radius[i] + radius[j]
+        # All doubled; a little more than rounding could make of it.
+        most = math.sqrt(half_i) + math.sqrt(half_j) + 2.0 * reach + 1e-9
+        if apart > most * most:
+            continue
         if segment_distance_squared(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1]) <= reach * reach:
             return True
     return False

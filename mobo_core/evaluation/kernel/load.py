@@ -11,7 +11,7 @@ from pathlib import Path
 from types import ModuleType
 
 from mobo_core.errors import UnableError
-from mobo_core.evaluation.kernel import CACHE, lanes, sweep, warm_up
+from mobo_core.evaluation.kernel import CACHE, complete, lanes, sweep, warm_up
 from mobo_core.outputs import replace_whole
 
 # The kernel is written out joint by joint; beyond this, compiling it takes minutes.
@@ -24,6 +24,7 @@ import math
 import numpy as np
 
 from mobo_core.evaluation.kernel import compiled
+from mobo_core.evaluation.kernel.complete import *
 from mobo_core.evaluation.kernel.sweep import *
 
 """
@@ -64,6 +65,7 @@ def _source(n: int) -> str:
         lanes.lane_forward_source(n),
         inspect.getsource(sweep.table_tips),
         inspect.getsource(sweep.evaluate_voxels),
+        inspect.getsource(complete.evaluate_voxels_complete),
     )
     return _HEADER + "\n\n".join("@compiled\n" + function for function in functions)
 

@@ -6,7 +6,8 @@ from types import ModuleType
 
 import numpy as np
 
-from mobo_core.evaluation.kernel.arguments import Arm, Outputs, Question
+from mobo_core.evaluation.kernel.arguments import Arm, Outputs, Question, Table
+from mobo_core.evaluation.kernel.near import CELLS, codes_of, sort_samples
 from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_samples
 
 
@@ -26,3 +27,8 @@ def run(module: ModuleType, n: int) -> None:
     )  # fmt: skip
     question = Question(up[None].copy(), np.zeros((0, 0, 3, 3)), 0, 1, 1, 1, 1e-3, 1e-2, True, False, -up)
     module.evaluate_voxels(arm, no_table(n), question, 0, 1, Outputs.empty(1, 1, n))
+    poses_near, first = np.zeros((1, 12), np.float32), np.zeros(CELLS**3 + 1, np.int64)
+    near = Table(samples, none.copy(), none.copy(), first, poses_near, -one, one)
+    codes_of(samples, near.lower, near.apart, near.codes)
+    sort_samples(tips, np.zeros(3), 1.0, none.copy(), near.cell_first, near.order, near.poses)
+    module.evaluate_voxels_complete(arm, near, question, 0, 1, Outputs.empty(1, 1, n))
