@@ -38,7 +38,7 @@ def test_chosen_are_the_front_and_the_best_of_each_other_order() -> None:
     table = StudyTable(rows, 6, 75)
     assert [arm.trial for arm in chosen(table, 2250)] == [0, 5, 3]
     assert [arm.trial for arm in chosen(table, 10**9)] == [0]
-    many = StudyTable(tuple(row(i, f"{i:06}", 30.0) for i in range(100)), 6, 75)
+    many = StudyTable(tuple(row(i, f"{i:06}", 30.0) for i in range(400)), 6, 75)
     assert len(chosen(many, 2250)) == MOST_ARMS
     assert chosen(StudyTable((), 6, 75), 2250) == []
 

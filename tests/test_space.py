@@ -342,7 +342,7 @@ def test_limits_and_masses_joint_by_joint(values: dict[str, Any]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["tpe", "random"])
+@pytest.mark.parametrize("name", ["tpe", "structured", "random"])
 @pytest.mark.parametrize("check", contract.CHECKS)
 def test_samplers_keep_the_contract_on_the_desk(check: Callable[[StudySettings], None], name: str) -> None:
     """A study of the desk's arms is a function of its settings too."""

@@ -301,7 +301,7 @@ def test_how_many_trials_are_good() -> None:
 
 def test_unknown_sampler() -> None:
     """A sampler that does not exist is refused with the names of those that do."""
-    names = "tpe, tpe_univariate, paper, nsga2, como or random"
+    names = "tpe, tpe_univariate, paper, nsga2, como, structured or random"
     with pytest.raises(InputError, match=f"sampler: 'magic'; expected {names}"):
         SAMPLERS.of("magic")
 

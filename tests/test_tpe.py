@@ -150,10 +150,10 @@ def own_estimator(
 ) -> Estimator:
     parts, n = Space(space), len(weight)
     columns = [
-        np.array([observed[name] for name in names]).reshape(len(names), n).T
+        np.array([observed[name] for name in names]).reshape(len(names), n)
         for names in (parts.categorical, parts.real)
     ]
-    codes, mu = (np.vstack([rows, np.zeros((1, rows.shape[1]))]) for rows in columns)
+    codes, mu = (np.hstack([rows, np.zeros((len(rows), 1))]) for rows in columns)
     return Estimator(parts, codes, mu, weight, bandwidth)
 
 

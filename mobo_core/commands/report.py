@@ -30,6 +30,9 @@ def add(verbs: Verbs) -> None:
     )
     parser.add_argument("bags", nargs="+", metavar="BAG", help="folder of a bag, or an .mcap file")
     parser.add_argument("-o", "--output", required=True, metavar="DIR", help="folder to write to; made if missing")
+    parser.add_argument(
+        "--pin", type=int, nargs="+", default=[], metavar="N", help="trials to evaluate again whatever they are worth"
+    )
     parser.set_defaults(run=run)
     parser.more = _pictures
 
@@ -55,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
     for bag, folder in zip(args.bags, report_folders([Path(bag) for bag in args.bags], output), strict=True):
         study = read_bag_argument(bag)
         with bar(f"report of {study.name}"[:60]) as progress:
-            reports.append(write_report(study, folder, progress))
+            reports.append(write_report(study, folder, progress, bag=bag, pinned=args.pin))
         _print(reports[-1])
     if len(reports) > 1:
         print(f"\nall pages  {write_index(reports, output)}")

@@ -83,6 +83,19 @@ class Links:
         """Return the length of the link that takes what remains, if it and those after it add up to ``rest``."""
         return nearest(self.allowed[self.last], rest - self._sums[self.last + 1][0][0])
 
+    def settled(self, wanted: Sequence[float], total: float) -> tuple[float, ...]:
+        """Return lengths that add up to ``total``, link by link the nearest to ``wanted`` that the rest leaves."""
+        lengths: list[float] = []
+        for i, fixed in enumerate(self.fixed):
+            rest = total - added(lengths)
+            if fixed is not None:
+                lengths.append(fixed)
+            elif i == self.last:
+                lengths.append(self.remainder(rest))
+            else:
+                lengths.append(nearest(self.choices(i, rest), wanted[i]))
+        return tuple(lengths)
+
     def _of_link(self, i: int) -> tuple[Interval, ...]:
         fixed = self.fixed[i]
         if fixed is not None:

@@ -7,10 +7,9 @@ order, hence the same digits. What cannot be left open, such as the sine of a le
 
 from __future__ import annotations
 
-import operator
 import re
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any
 from xml.dom.minidom import parseString
 
 import xacro
@@ -18,118 +17,23 @@ import xacro
 from mobo_core.design.description import arm_source, is_mounted, joint_call, mount_call, to_urdf, tool_call
 from mobo_core.design.design import Design
 from mobo_core.design.space import DesignSpace
+from mobo_core.design.tape import Open, Tape
 
 # What stands in a text for an open number: its place on the tape between two private characters.
 _TOKEN = re.compile("\ue000(\\d+)\ue001")
 _CUT = "<mobo_cut/>"
-_NAME = "\ue002"
+# Stands for the name of the design.
+NAME = "\ue002"
 # A macro that takes more ways than this through its conditions is not worth preparing.
 _MAX_WAYS = 8
-
-Operation = Callable[[Any, Any], Any]
-
-
-class _Step(NamedTuple):
-    """One thing done to numbers: ``operation`` of two places, kept in ``target`` or, a condition, as ``expected``."""
-
-    operation: Operation
-    a: int
-    b: int
-    target: int
-    expected: bool | None
-
-
-class _Tape:
-    """The numbers met on one way through a macro, by place, and what was done to them."""
-
-    def __init__(self, inputs: tuple[float, ...]) -> None:
-        self.values: list[Any] = list(inputs)
-        self.steps: list[_Step] = []
-
-    def place(self, value: Any) -> int:
-        if isinstance(value, _Open):
-            return value.place
-        self.values.append(value)
-        return len(self.values) - 1
-
-    def number(self, operation: Operation, a: Any, b: Any) -> _Open:
-        i, j = self.place(a), self.place(b)
-        target = self.place(operation(self.values[i], self.values[j]))
-        self.steps.append(_Step(operation, i, j, target, None))
-        return _Open(self, target)
-
-    def condition(self, operation: Operation, a: Any, b: Any) -> bool:
-        i, j = self.place(a), self.place(b)
-        result = bool(operation(self.values[i], self.values[j]))
-        self.steps.append(_Step(operation, i, j, -1, result))
-        return result
-
-    def play(self, inputs: tuple[float, ...]) -> list[Any] | None:
-        """Return the values for other inputs, or None if a condition turns out otherwise."""
-        values = self.values.copy()
-        values[: len(inputs)] = inputs
-        for operation, a, b, target, expected in self.steps:
-            result = operation(values[a], values[b])
-            if expected is None:
-                values[target] = result
-            elif bool(result) is not expected:
-                return None
-        return values
-
-
-class _Open:
-    """A number that writes down on its tape what is done to it; anything but operators is a TypeError."""
-
-    __slots__ = ("place", "tape")
-    __hash__ = None  # type: ignore[assignment]
-
-    def __init__(self, tape: _Tape, place: int) -> None:
-        self.tape, self.place = tape, place
-
-    def __str__(self) -> str:
-        return f"\ue000{self.place}\ue001"
-
-    __repr__ = __str__
-
-    def __bool__(self) -> bool:
-        return self.tape.condition(lambda a, _: bool(a), self, None)
-
-
-def _define(name: str, *, condition: bool = False) -> None:
-    operation = getattr(operator, f"__{name}__")
-
-    def forward(self: _Open, other: Any) -> Any:
-        if not isinstance(other, (_Open, int, float)):
-            return NotImplemented
-        return (self.tape.condition if condition else self.tape.number)(operation, self, other)
-
-    def backward(self: _Open, other: Any) -> Any:
-        return self.tape.number(operation, other, self) if isinstance(other, (int, float)) else NotImplemented
-
-    setattr(_Open, f"__{name}__", forward)
-    if not condition:
-        setattr(_Open, f"__r{name}__", backward)
-
-
-def _define_unary(name: str) -> None:
-    operation = getattr(operator, f"__{name}__")
-    setattr(_Open, f"__{name}__", lambda self: self.tape.number(lambda a, _: operation(a), self, None))
-
-
-for _name in ("add", "sub", "mul", "truediv", "floordiv", "mod", "pow"):
-    _define(_name)
-for _name in ("lt", "le", "gt", "ge", "eq", "ne"):
-    _define(_name, condition=True)
-for _name in ("neg", "pos", "abs"):
-    _define_unary(_name)
 
 
 class _Way:
     """One way through a macro's conditions: what stands before, in and after its expansion, and its numbers."""
 
     def __init__(self, source: Callable[[str], str], call: str, inputs: dict[str, float]) -> None:
-        self._tape = _Tape(tuple(inputs.values()))
-        opened = {name: _Open(self._tape, place) for place, name in enumerate(inputs)}
+        self._tape = Tape(tuple(inputs.values()))
+        opened = {name: Open(self._tape, place) for place, name in enumerate(inputs)}
         document = parseString(source(call))
         xacro.process_doc(document, mappings=opened)
         self.head, block, self.tail = document.toprettyxml(indent="  ").split(f"  {_CUT}\n")
@@ -145,6 +49,14 @@ class _Way:
         for place, text in zip(self._places, self._texts[1:], strict=True):
             parts += (str(values[place]), text)
         return "".join(parts)
+
+    def to_dict(self) -> dict[str, object]:
+        """Return texts, the places of the numbers between them, the numbers, and what is done to them, as plain data.
+
+        A step is [operation, place, place, place of the result, None] or [operation, place, place, -1, condition].
+        """
+        steps = [[step.name, step.a, step.b, step.target, step.expected] for step in self._tape.steps]
+        return {"texts": self._texts, "places": self._places, "values": self._tape.values, "steps": steps}
 
 
 class PreparedXacro:
@@ -179,6 +91,27 @@ class PreparedXacro:
             self._seen |= pairs
         return to_urdf(design, self._space) if self.plain else text
 
+    def template(self, designs: Iterable[Design]) -> dict[str, object] | None:
+        """Return, as plain data, from what the URDFs of ``designs`` and their like are put together; None if by xacro.
+
+        ``head`` (with :data:`NAME` for the design's) and ``tail`` stand around the blocks. ``blocks`` holds by kind of
+        block, place and whether the arm is mounted the ways through it (see ``_Way.to_dict``): the first whose
+        conditions hold is the one. Inputs are the first places: height and tilt of the ``mount`` (place 0), offset and
+        length of a joint by its letter, offset of the ``tool`` (at the last joint's place).
+        """
+        ends = ("", "")
+        for design in designs:
+            self.to_urdf(design)
+            if self.plain:
+                return None
+            way = self._put_together(design)[1][-1]
+            ends = (way.head, way.tail)
+        blocks = {
+            f"{kind}:{place}:{int(mounted)}": [way.to_dict() for way in ways]
+            for (kind, place, mounted), ways in self._ways.items()
+        }
+        return {"name": NAME, "head": ends[0], "tail": ends[1], "blocks": blocks}
+
     def _put_together(self, design: Design) -> tuple[str, list[_Way]]:
         texts, ways = [], []
         offset = 0.0
@@ -193,7 +126,7 @@ class PreparedXacro:
             ways.append(way)
             offset = length
         text, way = self._block(("tool", len(design.joints), mounted), {"offset": offset})
-        head = way.head.replace(_NAME, design.name)
+        head = way.head.replace(NAME, design.name)
         return "".join((head, *texts, text, way.tail)), [*ways, way]
 
     def _block(self, key: tuple[str, int, bool], inputs: dict[str, float]) -> tuple[str, _Way]:
@@ -217,7 +150,7 @@ class PreparedXacro:
         def source(call: str) -> str:
             # The tool is there to end the arm, as in every arm.
             rest = "" if kind == "tool" else tool_call(index, "0.0")
-            return arm_source(_NAME, self._space, [_CUT, call, _CUT, rest])
+            return arm_source(NAME, self._space, [_CUT, call, _CUT, rest])
 
         if kind == "tool":
             call = tool_call(index, given["offset"])

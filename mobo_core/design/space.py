@@ -113,7 +113,7 @@ class DesignSpace(Settings):
         checks.check_counts(self.n_joints, {name: getattr(self, name) for name in _BY_JOINT})
         checks.check_motors(self.n_joints, self.motor_radius, self.motor_length)
         checks.check_bounds(self.min_length, self.max_length, self.zero_lengths)
-        checks.check_total(self._links, self.total_length)
+        checks.check_total(self.links, self.total_length)
         return self
 
     @property
@@ -146,10 +146,11 @@ class DesignSpace(Settings):
         """The largest total length, in m, of links none of which is longer than ``max_length`` or as fixed."""
         if self.n_joints == 1:
             return math.inf  # one link is all that remains
-        return replace(self._links, bounded=True).totals[-1][1]
+        return replace(self.links, bounded=True).totals[-1][1]
 
     @property
-    def _links(self) -> Links:
+    def links(self) -> Links:
+        """What lengths the links may have."""
         n = self.n_joints
         zero = self.zero_lengths
         may_be_zero = tuple(zero == "allowed" or (zero == "wrist" and n - 3 <= i < n - 1) for i in range(n))
@@ -163,7 +164,7 @@ class DesignSpace(Settings):
             for i, letters in enumerate(self.places)
         )
         total = _drawn(trial, "T", self.total_length)
-        links = self._links
+        links = self.links
         lengths: list[float] = []
         for i, fixed in enumerate(links.fixed):
             rest = total - added(lengths)
@@ -206,7 +207,7 @@ class DesignSpace(Settings):
         }
         if isinstance(self.total_length, tuple):
             params["T"] = total
-        links = self._links
+        links = self.links
         for i, (length, allowed) in enumerate(zip(design.lengths, links.allowed, strict=True), start=1):
             if abs(nearest(allowed, length) - length) > _ROUNDING:
                 raise InputError(f"length {i} is {length:.9g} m", where="lengths", expected=_bounds(allowed))

@@ -29,13 +29,14 @@ def capsules_of(
     for shape in checked.shapes:
         frame = model.frames[model.getFrameId(shape.link, pin.BODY)]
         joint = int(frame.parentJoint)
-        rotation = matmul(frame.placement.rotation, pin.rpy.rpyToMatrix(*shape.rpy))
-        centre = matvec(frame.placement.rotation, shape.xyz)
+        placed, origin = frame.placement.rotation.tolist(), frame.placement.translation.tolist()
+        rotation = matmul(placed, pin.rpy.rpyToMatrix(*shape.rpy))
+        centre = matvec(placed, shape.xyz)
         back = transposed(frames[joint])
         ends = []
         for sign in (-0.5, 0.5):
             along = [sign * shape.length * rotation[k][2] for k in range(3)]
-            ends.append(matvec(back, [centre[k] + float(frame.placement.translation[k]) + along[k] for k in range(3)]))
+            ends.append(matvec(back, [centre[k] + origin[k] + along[k] for k in range(3)]))
         capsules.append((joint - 1, ends[0], ends[1], shape.radius))
     return capsules
 
@@ -47,11 +48,13 @@ def separate_pairs(
 
     ``joint`` (c,), ``ends`` (c, 2, 3) m, and ``radius`` (c,) m, of all capsules.
     """
-    pairs = []
-    for i, j in itertools.combinations(range(len(radius)), 2):
-        if joint[i] == joint[j]:
+    pairs, distance_squared = [], interpreted(segment_distance_squared)
+    shapes = list(zip(joint.tolist(), ends.tolist(), radius.tolist(), strict=True))
+    for (i, (joint_a, ends_a, radius_a)), (j, (joint_b, ends_b, radius_b)) in itertools.combinations(
+        enumerate(shapes), 2
+    ):
+        if joint_a == joint_b:
             continue
-        squared = interpreted(segment_distance_squared)(ends[i, 0], ends[i, 1], ends[j, 0], ends[j, 1])
-        if math.sqrt(squared) - radius[i] - radius[j] > TOUCHING:
+        if math.sqrt(distance_squared(*ends_a, *ends_b)) - radius_a - radius_b > TOUCHING:
             pairs.append((i, j))
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)

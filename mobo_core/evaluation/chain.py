@@ -100,7 +100,7 @@ def chain_from_urdf(
     try:
         model = pin.buildModelFromXML(checked.xml)
         rest = np.clip(0.0, model.lowerPositionLimit, model.upperPositionLimit)
-        beside = [i for i in range(1, model.njoints) if model.names[i] not in moving]
+        beside = [i for i, name in enumerate(model.names) if i and name not in moving]
         model = pin.buildReducedModel(model, beside, rest) if beside else model
     except (ValueError, RuntimeError) as error:
         raise InputError(f"Pinocchio refuses it ({error})", where="urdf", expected="a URDF robot") from None

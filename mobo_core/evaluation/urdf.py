@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from xml.etree.ElementTree import Element, SubElement, tostring
+from xml.etree.ElementTree import Element
+from xml.sax.saxutils import quoteattr
 
 from mobo_core.errors import InputError
 from mobo_core.evaluation.urdf_xml import numbers, parse, text, unique_names
@@ -93,7 +94,7 @@ def check_urdf(urdf: str | bytes) -> CheckedUrdf:
     if not 1 <= len(joints) <= MAX_JOINTS:
         raise InputError(f"{len(joints)} joints", where="urdf", expected=f"1 to {MAX_JOINTS}")
     checked = CheckedUrdf()
-    plain = Element("robot", name="checked")
+    plain = ['<robot name="checked">']
     names = unique_names(links, "link")
     unique_names(joints, "joint")
     for link in links:
@@ -101,35 +102,33 @@ def check_urdf(urdf: str | bytes) -> CheckedUrdf:
     for joint in joints:
         _joint(joint, plain, names, checked)
     _one_tree(names, checked)
-    checked.xml = tostring(plain, encoding="unicode")
+    checked.xml = "".join([*plain, "</robot>"])
     return checked
 
 
-def _plain_origin(source: Element, target: Element, where: str) -> None:
+def _origin(source: Element, where: str) -> str:
     origin = source.find("origin")
     xyz = numbers(origin, "xyz", "0 0 0", where)
     rpy = numbers(origin, "rpy", "0 0 0", where)
-    SubElement(target, "origin", xyz=text(xyz), rpy=text(rpy))
+    return f'<origin xyz="{text(xyz)}" rpy="{text(rpy)}"/>'
 
 
-def _link(link: Element, plain: Element, checked: CheckedUrdf) -> None:
+def _link(link: Element, plain: list[str], checked: CheckedUrdf) -> None:
     name = link.get("name", "")
     where = f"urdf link {name!r}"
-    target = SubElement(plain, "link", name=name)
+    plain.append(f"<link name={quoteattr(name)}>")
     inertial = link.find("inertial")
     if inertial is not None:
         (mass,) = numbers(inertial.find("mass"), "value", "", where + " mass", 1)
         if mass <= 0:
             raise InputError(f"mass {mass:g} kg", where=where, expected="more than 0")
-        part = SubElement(target, "inertial")
-        _plain_origin(inertial, part, where + " inertial")
-        SubElement(part, "mass", value=repr(mass))
+        plain.append(f'<inertial>{_origin(inertial, where + " inertial")}<mass value="{mass!r}"/><inertia')
         inertia = inertial.find("inertia")
-        moments = {
-            key: repr(numbers(inertia, key, "0", where + " inertia", 1)[0])
-            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        }
-        SubElement(part, "inertia", moments)
+        for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"):
+            (moment,) = numbers(inertia, key, "0", where + " inertia", 1)
+            plain.append(f' {key}="{moment!r}"')
+        plain.append("/></inertial>")
+    plain.append("</link>")
     for collision in link.findall("collision"):
         _shape(collision, name, checked)
 
@@ -151,7 +150,7 @@ def _shape(collision: Element, link: str, checked: CheckedUrdf) -> None:
     checked.shapes.append(Shape(link, xyz, rpy, length, radius))
 
 
-def _joint(joint: Element, plain: Element, links: set[str], checked: CheckedUrdf) -> None:
+def _joint(joint: Element, plain: list[str], links: set[str], checked: CheckedUrdf) -> None:
     name, kind = joint.get("name", ""), joint.get("type", "")
     where = f"urdf joint {name!r}"
     if kind not in (*_REVOLUTE, "fixed", "prismatic"):
@@ -165,18 +164,22 @@ def _joint(joint: Element, plain: Element, links: set[str], checked: CheckedUrdf
     if ends["child"] in checked.parents or ends["child"] == ends["parent"]:
         raise InputError(f"link {ends['child']!r} closes a loop", where=where, expected="one parent for every link")
     checked.parents[ends["child"]] = (ends["parent"], name, kind)
-    target = SubElement(plain, "joint", name=name, type="revolute" if kind == "continuous" else kind)
-    _plain_origin(joint, target, where)
-    SubElement(target, "parent", link=ends["parent"])
-    SubElement(target, "child", link=ends["child"])
-    if kind == "fixed":
-        return
+    plain.append(
+        f'<joint name={quoteattr(name)} type="{"revolute" if kind == "continuous" else kind}">{_origin(joint, where)}'
+        f"<parent link={quoteattr(ends['parent'])}/><child link={quoteattr(ends['child'])}/>"
+    )
+    if kind != "fixed":
+        plain.append(_motion(joint, name, kind, where, checked))
+    plain.append("</joint>")
+
+
+def _motion(joint: Element, name: str, kind: str, where: str, checked: CheckedUrdf) -> str:
+    """Return axis and limits of a joint that moves."""
     if joint.find("mimic") is not None:
         checked.mimics.add(name)
     axis = numbers(joint.find("axis"), "xyz", "1 0 0", where + " axis")
     if abs(math.sqrt(sum(a * a for a in axis)) - 1) > 1e-3:
         raise InputError(f"axis {text(axis)}", where=where, expected="a vector of length 1")
-    SubElement(target, "axis", xyz=text(axis))
     lower, upper = -math.pi, math.pi
     if kind != "continuous":
         limit = joint.find("limit")
@@ -187,7 +190,8 @@ def _joint(joint: Element, plain: Element, links: set[str], checked: CheckedUrdf
         if lower >= upper or max(abs(lower), abs(upper)) > _ANGLE_LIMIT:
             what = f"lower {lower:g}, upper {upper:g}"
             raise InputError(what, where=where, expected=f"lower < upper, within {_ANGLE_LIMIT:g}")
-    SubElement(target, "limit", lower=repr(lower), upper=repr(upper), effort="1000", velocity="10")
+    limit_text = f'<limit lower="{lower!r}" upper="{upper!r}" effort="1000" velocity="10"/>'
+    return f'<axis xyz="{text(axis)}"/>{limit_text}'
 
 
 def _one_tree(links: set[str], checked: CheckedUrdf) -> None:

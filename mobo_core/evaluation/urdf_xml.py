@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import io
 import math
-from xml.etree.ElementTree import Element, ParseError
-
-from defusedxml import DefusedXmlException
-from defusedxml.ElementTree import iterparse
+from typing import NoReturn
+from xml.etree.ElementTree import Element
+from xml.parsers import expat
 
 from mobo_core.errors import InputError
 
@@ -16,25 +14,36 @@ _MAX_NUMBER = 1e6
 
 
 def parse(data: bytes) -> Element:
-    """Return the root element; InputError if it is not XML, has a DTD or entities, or is nested too deep."""
-    depth = 0
-    root: Element | None = None
+    """Return the root element, without the text between tags.
+
+    Raises:
+        InputError: it is not XML, has a DTD (hence, maybe, entities), or is nested too deep.
+    """
+    roots: list[Element] = []
+    open_: list[Element] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        element = Element(tag, attributes)
+        (open_[-1] if open_ else roots).append(element)
+        open_.append(element)
+        if len(open_) > MAX_DEPTH:
+            raise InputError(f"elements nested deeper than {MAX_DEPTH}", where="urdf", expected="a URDF robot")
+
+    def end(tag: str) -> None:
+        open_.pop()
+
+    def doctype(*_: object) -> NoReturn:
+        raise InputError("forbidden XML (DTDForbidden)", where="urdf", expected="XML without DTD or entities")
+
+    # A tag of a namespace is none of URDF's: its name has the namespace in front.
+    parser = expat.ParserCreate(namespace_separator="}")
+    parser.StartElementHandler, parser.EndElementHandler = start, end
+    parser.StartDoctypeDeclHandler = doctype
     try:
-        for event, element in iterparse(io.BytesIO(data), events=("start", "end"), forbid_dtd=True):
-            root = element if root is None else root
-            depth += 1 if event == "start" else -1
-            if depth > MAX_DEPTH:
-                raise InputError(
-                    f"elements nested deeper than {MAX_DEPTH}", where="urdf", expected="a URDF robot"
-                )
-    except DefusedXmlException as error:
-        kind = type(error).__name__
-        raise InputError(f"forbidden XML ({kind})", where="urdf", expected="XML without DTD or entities") from None
-    except (ParseError, ValueError, LookupError) as error:
+        parser.Parse(data, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
         raise InputError(f"not well-formed XML ({error})", where="urdf", expected="a URDF robot") from None
-    if root is None:
-        raise InputError("empty", where="urdf", expected="a URDF robot")
-    return root
+    return roots[0]
 
 
 def unique_names(elements: list[Element], kind: str) -> set[str]:

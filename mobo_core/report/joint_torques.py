@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 
 from mobo_core.bag.record import StudyRecord
@@ -14,9 +14,9 @@ from mobo_core.report.columns import Cell, Columns
 from mobo_core.report.row import Row, rank
 from mobo_core.report.table import StudyTable
 
-# Arms evaluated again at most, and poses tried for them in all (some 2 s on one core); one arm in any case.
-MOST_ARMS = 40
-_MOST_POSES = 200_000
+# Arms evaluated again at most, and poses tried for them in all (some 6 s on one core); one arm in any case.
+MOST_ARMS = 300
+_MOST_POSES = 700_000
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class HeldArm:
 
     Attributes:
         row: the trial.
-        result: with the torque of each joint.
+        result: with the torque of each joint, and the configurations.
         same: whether reach and torque are those recorded, to the bit; not if the answer was invented.
     """
 
@@ -34,12 +34,13 @@ class HeldArm:
     same: bool
 
 
-def chosen(table: StudyTable, n_poses: int) -> list[Row]:
+def chosen(table: StudyTable, n_poses: int, pinned: Collection[int] = ()) -> list[Row]:
     """Return which arms to evaluate again: the front above the reach floor, then the best of each other order.
 
     Args:
         table: the trials.
         n_poses: that one evaluation tries.
+        pinned: trials that come before all of these.
     """
     best: dict[str, Row] = {}
     for row in sorted(table.complete, key=rank):
@@ -47,21 +48,26 @@ def chosen(table: StudyTable, n_poses: int) -> list[Row]:
     front = table.useful_front
     shown = {row.joints for row in front}
     rows = front + [row for joints, row in best.items() if row.above_floor and joints not in shown]
+    first = [row for row in table.complete if row.trial in pinned]
+    rows = first + [row for row in rows if row.trial not in pinned]
     return rows[: max(1, min(MOST_ARMS, _MOST_POSES // n_poses))]
 
 
-def held_arms(study: StudyRecord, table: StudyTable, progress: Callable[[int, int], None]) -> list[HeldArm]:
+def held_arms(
+    study: StudyRecord, table: StudyTable, progress: Callable[[int, int], None], pinned: Collection[int] = ()
+) -> list[HeldArm]:
     """Return the arms of :func:`chosen`, evaluated; those that cannot be, such as of a damaged bag, are left out.
 
     Args:
         study: as read from its bag.
         table: its trials.
         progress: called with (arms done, arms in all).
+        pinned: trials to evaluate whatever they are worth.
     """
     from mobo_core.evaluation.evaluate import evaluate
 
     spec = study.settings.spec
-    rows = chosen(table, spec.n_voxels * spec.poses_per_voxel)
+    rows = chosen(table, spec.n_voxels * spec.poses_per_voxel, pinned)
     found = []
     for done, row in enumerate(rows):
         progress(done, len(rows))
@@ -70,7 +76,9 @@ def held_arms(study: StudyRecord, table: StudyTable, progress: Callable[[int, in
             continue
         threads = min(4, os.cpu_count() or 1)
         try:
-            result = evaluate(candidate.urdf, spec, tip=candidate.tip, threads=threads, joint_torques=True)
+            result = evaluate(
+                candidate.urdf, spec, tip=candidate.tip, threads=threads, joint_torques=True, configurations=True
+            )
         except MoboError:
             continue
         found.append(HeldArm(row, result, (result.reach, result.torque) == (row.reach, row.torque)))

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.outputs import make_folder, write_whole
-from mobo_core.report.columns import FRONT_COLUMNS, table_columns
+from mobo_core.report import reproduce
+from mobo_core.report.columns import FRONT_COLUMNS, Columns, table_columns
 from mobo_core.report.figures.registry import FIGURES
 from mobo_core.report.figures.render import render
 from mobo_core.report.joint_torques import held_arms, torque_columns
-from mobo_core.report.markup import GENERATOR
 from mobo_core.report.names import file_name
-from mobo_core.report.page import index_page, study_page
+from mobo_core.report.page.index_page import index_page
+from mobo_core.report.page.markup import GENERATOR
+from mobo_core.report.page.study_page import study_page
 from mobo_core.report.prefixes import Group, groups
 from mobo_core.report.table import StudyTable, study_table
-from mobo_core.report.table_files import to_csv
+from mobo_core.report.table_files import has_parquet, to_csv, to_parquet
 
 PAGE = "index.html"
 
@@ -41,13 +43,22 @@ class Report:
     groups: list[Group]
 
 
-def write_report(study: StudyRecord, folder: Path, progress: Progress = lambda done, total: None) -> Report:
+def write_report(
+    study: StudyRecord,
+    folder: Path,
+    progress: Progress = lambda done, total: None,
+    *,
+    bag: str = "",
+    pinned: Collection[int] = (),
+) -> Report:
     """Write the report of one study into ``folder``; the same study gives the same files, to the byte.
 
     Args:
         study: as read from its bag.
         folder: made if it is not there; an older report in it is replaced.
         progress: called with (done, in all): arms evaluated again for their joints' torques, then pictures.
+        bag: as the page's commands name it; by default the study's path.
+        pinned: trials to evaluate again whatever they are worth.
 
     Raises:
         InputError: a file cannot be written.
@@ -55,20 +66,33 @@ def write_report(study: StudyRecord, folder: Path, progress: Progress = lambda d
     table = study_table(study)
     report = Report(folder, study, table, groups(table))
     make_folder(folder)
-    arms = held_arms(study, table, progress)
+    arms = held_arms(study, table, progress, pinned)
     figures = render(study, table, lambda done, total: progress(len(arms) + done, len(arms) + total))
-    files: dict[str, bytes | str] = {
-        "front.csv": to_csv(table_columns(table.front, table.n_joints, FRONT_COLUMNS)),
-        "trials.csv": to_csv(table_columns(table.rows, table.n_joints)),
-        "joint_torques.csv": to_csv(torque_columns(arms)),
+    tables = {
+        "front": table_columns(table.front, table.n_joints, FRONT_COLUMNS),
+        "trials": table_columns(table.rows, table.n_joints),
+        "joint_torques": torque_columns(arms),
     }
+    files: dict[str, bytes | str] = {}
     for figure in figures:
+        tables |= figure.tables
         files |= figure.files
-    files[PAGE] = study_page(study, table, report.groups, figures, arms)
+    files |= _table_files(tables)
+    files |= reproduce.files(study.settings)
+    files[PAGE] = study_page(
+        study, table, report.groups, figures, arms, bag=bag or str(study.path), files=sorted(set(files) - {PAGE})
+    )
     _clear(folder, files)
     for name, content in files.items():
         write_whole(folder / name, content)
     return report
+
+
+def _table_files(tables: Mapping[str, Columns]) -> dict[str, bytes | str]:
+    files: dict[str, bytes | str] = {f"{name}.csv": to_csv(columns) for name, columns in tables.items()}
+    if has_parquet():
+        files |= {f"{name}.parquet": to_parquet(columns) for name, columns in tables.items()}
+    return files
 
 
 def write_index(reports: Sequence[Report], folder: Path) -> Path:
@@ -94,7 +118,7 @@ def report_folders(bags: Sequence[Path], folder: Path) -> list[Path]:
 
 
 def _clear(folder: Path, kept: Collection[str]) -> None:
-    """Take away the pictures of an older report that the new one does not replace."""
+    """Take away the pictures and tables of an older report that the new one does not replace."""
     page = folder / PAGE
     if page.is_file() and GENERATOR in page.read_text(encoding="utf-8", errors="replace")[:1000]:
         for figure in FIGURES.values():
@@ -102,3 +126,6 @@ def _clear(folder: Path, kept: Collection[str]) -> None:
                 for file in (folder / f"{figure.name}.{kind}", *folder.glob(f"{figure.name}_*.{kind}")):
                     if file.name not in kept:
                         file.unlink(missing_ok=True)
+        for file in folder.glob("*.parquet"):
+            if file.name not in kept and file.with_suffix(".csv").name in kept:  # written where pyarrow was
+                file.unlink(missing_ok=True)

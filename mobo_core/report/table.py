@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from mobo_core.bag.record import StudyRecord
@@ -16,7 +17,7 @@ from mobo_core.frames import data_frame
 from mobo_core.messages import Trial
 from mobo_core.report.columns import Columns, table_columns
 from mobo_core.report.row import Row, rank
-from mobo_core.search.front import Aims, hypervolume, pareto_front
+from mobo_core.search.front import Aims, RunningFront, hypervolume, pareto_front
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -149,4 +150,10 @@ def running_hypervolume(table: StudyTable, steps: int = 100) -> tuple[Sequence[i
     """Return (trials told so far, hypervolume of those) at up to ``steps`` points, the last trial included."""
     n = len(table.rows)
     counts = sorted({max(1, round(n * (i + 1) / steps)) for i in range(steps)}) if n else []
-    return counts, [table.hypervolume(count) for count in counts]
+    front, volumes = RunningFront(table.aims), []
+    for first, last in pairwise([0, *counts]):
+        for row in table.rows[first:last]:
+            if row.complete:
+                front.add(row.values)
+        volumes.append(front.hypervolume)
+    return counts, volumes

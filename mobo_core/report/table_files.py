@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import importlib
+import importlib.util
 import io
 from pathlib import Path
 from types import ModuleType
@@ -41,6 +42,20 @@ def write_table(path: Path, columns: Columns) -> None:
     check_table_path(path)
     parquet = path.suffix.lower() == ".parquet"
     write_whole(path, _parquet(columns, str(path)) if parquet else to_csv(columns))
+
+
+def has_parquet() -> bool:
+    """Return whether Parquet can be written: pyarrow is installed."""
+    return importlib.util.find_spec("pyarrow") is not None
+
+
+def to_parquet(columns: Columns) -> bytes:
+    """Return columns as a Parquet file.
+
+    Raises:
+        InputError: pyarrow is not installed.
+    """
+    return _parquet(columns, "Parquet")
 
 
 def _pyarrow(where: str) -> tuple[ModuleType, ModuleType]:

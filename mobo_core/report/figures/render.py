@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from mobo_core.bag.record import StudyRecord
+from mobo_core.report.columns import Columns
 from mobo_core.report.figures.drawing import looks, picture
 from mobo_core.report.figures.figure import Figure, Picture
 from mobo_core.report.figures.registry import FIGURES
@@ -31,11 +32,15 @@ class Rendered:
         figure: what it is.
         shown: its pictures.
         files: file name -> content.
+        tables: name of the file without its suffix -> columns.
+        data: of its view.
     """
 
     figure: Figure
     shown: list[Shown] = field(default_factory=list)
     files: dict[str, bytes] = field(default_factory=dict)
+    tables: dict[str, Columns] = field(default_factory=dict)
+    data: object = None
 
 
 def render(study: StudyRecord, table: StudyTable, progress: Callable[[int, int], None]) -> list[Rendered]:
@@ -63,7 +68,12 @@ def render(study: StudyRecord, table: StudyTable, progress: Callable[[int, int],
     rendered = []
     for figure, pictures in drawn:
         with _spared(figure), looks():
-            rendered.append(_rendered(figure, pictures, step))
+            done_one = _rendered(figure, pictures, step)
+            if done_one.shown and figure.tables is not None:
+                done_one.tables = dict(figure.tables(study, table))
+            if done_one.shown and figure.view is not None:
+                done_one.data = figure.view.data(study, table)
+            rendered.append(done_one)
     return [figure for figure in rendered if figure.shown]
 
 

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.report.figures.drawing import FAINT, INK, plain
-from mobo_core.report.figures.figure import Figure, Picture
+from mobo_core.report.figures.figure import Figure, Picture, View, script_beside
 from mobo_core.report.figures.labels import Label, place_labels
 from mobo_core.report.prefixes import prefix_of, styles
 from mobo_core.report.row import Row, rank
@@ -166,4 +166,5 @@ FIGURE = Figure(
     caption="All arms by reach and torque. The front is ringed in black.",
     draw=_draw,
     svg=True,
+    view=View(lambda study, table: None, script_beside(__file__)),
 )

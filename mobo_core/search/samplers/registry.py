@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from mobo_core.registry import Registry
+from mobo_core.search.samplers.by_order import STRUCTURED
 from mobo_core.search.samplers.como import COMO
 from mobo_core.search.samplers.nsga2 import NSGA2
 from mobo_core.search.samplers.parzen import PAPER, TPE, TPE_UNIVARIATE
 from mobo_core.search.samplers.sampler import Sampler
 from mobo_core.search.samplers.uniform import RANDOM
 
-SAMPLERS = Registry("sampler", "mobo.samplers", Sampler, (TPE, TPE_UNIVARIATE, PAPER, NSGA2, COMO, RANDOM))
+SAMPLERS = Registry("sampler", "mobo.samplers", Sampler, (TPE, TPE_UNIVARIATE, PAPER, NSGA2, COMO, STRUCTURED, RANDOM))
 
 
 def sampler_names() -> str:

@@ -10,87 +10,142 @@ from __future__ import annotations
 import numpy as np
 
 from mobo_core.jit.functions import LOG2_E, exp2, log, power
-from mobo_core.jit.normal import TAIL_END, between, far_mass, half_mass, log_mass
+from mobo_core.jit.normal import CENTRAL_END, CENTRAL_STEPS, TAIL_END, between, far_mass, half_mass, log_mass
 from mobo_core.search.samplers.tpe import compiled
 
 # Scott's rule has this share of the range as its bandwidth at one trial (Optuna 4's multivariate TPE).
 _SCOTT = 0.2
 _LEAST_SHARE = 100.0
 _ROOT_HALF_LOG2_E = 0.8493218002880191  # its square is log2(e) / 2
+# Real parameters that log_density takes at a time; there are as many at least, the first ones empty.
+WIDTH = 6
 
 
 @compiled
 def scott_bandwidths(n: int, dimensions: int, low: np.ndarray, high: np.ndarray, sigma: np.ndarray) -> None:
-    """Write one bandwidth a real parameter for all of ``n`` trials into ``sigma``, shape (n, parameters)."""
+    """Write one bandwidth a real parameter for all of ``n`` trials into ``sigma``, shape (parameters,)."""
     share = _SCOTT * power(float(max(n, 1)), -1.0 / (dimensions + 4))
     for d in range(low.size):
         span = high[d] - low[d]
-        sigma[:, d] = min(max(share * span, span / min(_LEAST_SHARE, n + 2.0)), span)
+        sigma[d] = min(max(share * span, span / min(_LEAST_SHARE, n + 2.0)), span)
 
 
 @compiled
-def neighbour_bandwidths(mu: np.ndarray, low: np.ndarray, high: np.ndarray, sigma: np.ndarray) -> None:
-    """Write bandwidths into ``sigma``, like ``mu`` of shape (n, parameters): the wider gap to a neighbour's value.
+def neighbour_bandwidths(mu: np.ndarray, n: int, low: np.ndarray, high: np.ndarray, sigma: np.ndarray) -> None:
+    """Write the first ``n`` trials' bandwidths into ``sigma``, both like ``mu``: the wider gap to a neighbour's value.
 
     The rule of Optuna's univariate TPE, and in Optuna 5 of the multivariate one.
     """
-    n = mu.shape[0]
     for d in range(low.size):
         span = high[d] - low[d]
         least = span / min(_LEAST_SHARE, n + 2.0)
-        order = np.argsort(mu[:, d])
+        order = np.argsort(mu[d, :n])
         for i in range(n):
-            here = mu[order[i], d]
-            left = here - (mu[order[i - 1], d] if i else low[d])
-            right = (mu[order[i + 1], d] if i + 1 < n else high[d]) - here
+            here = mu[d, order[i]]
+            left = here - (mu[d, order[i - 1]] if i else low[d])
+            right = (mu[d, order[i + 1]] if i + 1 < n else high[d]) - here
             if n > 1 and i == 0:
                 left = right
             if n > 1 and i + 1 == n:
                 right = left
-            sigma[order[i], d] = min(max(max(left, right), least), span)
+            sigma[d, order[i]] = min(max(max(left, right), least), span)
+
+
+@compiled
+def masses(
+    mu: np.ndarray, sigma: np.ndarray, first: int, low: np.ndarray, high: np.ndarray,
+    central: np.ndarray, tail: np.ndarray, mass: np.ndarray, offset: np.ndarray,
+) -> None:  # fmt: skip
+    """Write how much of the normal distributions of the kernels from ``first`` on lies within the bounds.
+
+    Arguments are those of :func:`fit`, ``central`` and ``tail`` the tables of :mod:`~mobo_core.jit.normal`. Of
+    kernel i the product over the parameters of ``mass[d, i]`` does, times e^-offset[i].
+    """
+    reals, n = mu.shape
+    for i in range(first, n):
+        offset[i] = 0.0
+        for d in range(reals):
+            s = 1.0 / sigma[d, i]
+            a, b = (low[d] - mu[d, i]) * s, (high[d] - mu[d, i]) * s
+            near = max(a, -b)
+            share = half_mass(b, central) - half_mass(a, central) if near < 3.0 else 0.0
+            if near <= 0.0 or share > 1e-4:
+                mass[d, i] = share
+            # The trial's value lies outside the bounds of today, so far that the share is better a logarithm.
+            elif near < TAIL_END:
+                mass[d, i] = 1.0
+                offset[i] -= log_mass(a, b, central, tail)
+            else:
+                mass[d, i], e = far_mass(a, b)
+                offset[i] -= e
+
+
+@compiled
+def masses_in_order(
+    ascending: np.ndarray, low: float, high: float, sigma: float, central: np.ndarray, mass: np.ndarray
+) -> None:
+    """Write what :func:`masses` does, to the bit, for ``ascending`` values of one parameter, all within its bounds.
+
+    Values that share a node of the table lie side by side: its polynomial is taken of all of them at once.
+    """
+    n, s = ascending.size, 1.0 / sigma
+    nodes, rest = np.empty(n, np.int64), np.empty(n)
+    for upper in range(2):
+        bound = high if upper else low
+        for i in range(n):
+            u = abs((bound - ascending[i]) * s)
+            node = int(min(u, CENTRAL_END) * CENTRAL_STEPS + 0.5)
+            rest[i] = u - node * (1.0 / CENTRAL_STEPS)
+            nodes[i] = -1 if u >= CENTRAL_END else node
+            mass[i] = mass[i] if upper else 0.0
+        first = 0
+        while first < n:
+            node, last = nodes[first], first + 1
+            while last < n and nodes[last] == node:
+                last += 1
+            if node < 0:
+                for i in range(first, last):
+                    mass[i] += 0.5
+            else:
+                t = central[node]
+                t0, t1, t2, t3, t4, t5, t6, t7, t8 = t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7], t[8]
+                here, to = rest[first:last], mass[first:last]
+                for i in range(here.size):
+                    r = here[i]
+                    p = ((((t8 * r + t7) * r + t6) * r + t5) * r + t4) * r + t3
+                    to[i] += ((p * r + t2) * r + t1) * r + t0
+            first = last
 
 
 @compiled
 def fit(
-    mu: np.ndarray, sigma: np.ndarray, weight: np.ndarray, low: np.ndarray, high: np.ndarray,
-    central: np.ndarray, tail: np.ndarray, inverse: np.ndarray, scaled: np.ndarray,
-    factor: np.ndarray, offset: np.ndarray,
+    mu: np.ndarray, sigma: np.ndarray, mass: np.ndarray, weight: np.ndarray,
+    inverse: np.ndarray, scaled: np.ndarray, factor: np.ndarray, offset: np.ndarray,
 ) -> None:  # fmt: skip
     """Prepare n kernels whose last one is the prior.
 
-    ``mu`` and ``sigma`` have shape (n, real parameters); ``weight`` (n,) may have any sum; ``low`` and ``high``
-    are the parameters' bounds, ``central`` and ``tail`` the tables of :mod:`~mobo_core.jit.normal`.
+    ``mu``, ``sigma`` and ``mass`` have shape (real parameters, n); ``weight`` (n,) may have any sum; ``mass`` and
+    ``offset`` are what :func:`masses` writes.
 
-    Written are ``inverse`` = c / sigma and ``scaled`` = c mu / sigma, and ``factor`` and ``offset``, shape (n,).
-    Kernel i is factor 2^(offset - sum (x inverse - scaled)^2) times its categorical part, where c = sqrt(log2(e) / 2)
-    turns e^(-z^2/2) into a power of 2.
+    Written are ``inverse`` = c / sigma and ``scaled`` = c mu / sigma, of at least WIDTH rows, the last ones, and
+    ``factor`` and ``offset``, shape (n,). Kernel i is factor 2^(offset - sum (x inverse - scaled)^2) times its
+    categorical part, where c = sqrt(log2(e) / 2) turns e^(-z^2/2) into a power of 2.
     """
-    n, reals = mu.shape
+    reals, n = mu.shape
+    lead = inverse.shape[0] - reals
     total = 0.0
     for i in range(n):
         total += weight[i]
-    seen, reciprocal = np.zeros(reals), np.zeros(reals)  # most kernels have the bandwidth of the one before
+        factor[i] = 1.0
+        offset[i] *= LOG2_E
+    for d in range(reals):
+        for i in range(n):
+            s = _ROOT_HALF_LOG2_E * (1.0 / sigma[d, i])
+            inverse[lead + d, i], scaled[lead + d, i] = s, mu[d, i] * s
+        for i in range(n):
+            factor[i] = factor[i] * sigma[d, i] * mass[d, i]
     for i in range(n):
-        mass, off = 1.0, 0.0
-        for d in range(reals):
-            if sigma[i, d] != seen[d]:
-                seen[d], reciprocal[d] = sigma[i, d], 1.0 / sigma[i, d]
-            s = reciprocal[d]
-            a, b = (low[d] - mu[i, d]) * s, (high[d] - mu[i, d]) * s
-            inverse[i, d], scaled[i, d] = _ROOT_HALF_LOG2_E * s, mu[i, d] * (_ROOT_HALF_LOG2_E * s)
-            mass *= sigma[i, d]
-            near = max(a, -b)
-            share = half_mass(b, central) - half_mass(a, central) if near < 3.0 else 0.0
-            if near <= 0.0 or share > 1e-4:
-                mass *= share
-            # The trial's value lies outside the bounds of today, so far that the share is better a logarithm.
-            elif near < TAIL_END:
-                off -= log_mass(a, b, central, tail)
-            else:
-                m, e = far_mass(a, b)
-                mass *= m
-                off -= e
-        factor[i], offset[i] = weight[i] / (total * mass), off * LOG2_E
+        factor[i] = weight[i] / (total * factor[i])
 
 
 @compiled
@@ -102,7 +157,7 @@ def draw(
     """Draw points from an estimator, given as to :func:`fit`.
 
     ``u`` holds uniform numbers, shape (1 + parameters, points): for the kernel, for each categorical parameter
-    in turn, for each real one. ``codes``, shape (n, categorical parameters), are the numbers of the trials'
+    in turn, for each real one. ``codes``, shape (categorical parameters, n), are the numbers of the trials'
     choices, -1 for the prior, ``choices`` how many there are, and ``categorical``, shape (categorical
     parameters, 2), the probabilities of a kernel's own choice and of each other one.
 
@@ -119,18 +174,40 @@ def draw(
         for d in range(choices.size):
             sum_, choice = 0.0, 0
             while choice < choices[d] - 1:
-                if codes[kernel, d] < 0:
+                if codes[d, kernel] < 0:
                     sum_ += 1.0 / choices[d]
                 else:
-                    sum_ += categorical[d, 0] if codes[kernel, d] == choice else categorical[d, 1]
+                    sum_ += categorical[d, 0] if codes[d, kernel] == choice else categorical[d, 1]
                 if sum_ >= u[1 + d, p]:
                     break
                 choice += 1
             c[d, p] = choice
         for d in range(low.size):
-            s, m = sigma[kernel, d], mu[kernel, d]
+            s, m = sigma[d, kernel], mu[d, kernel]
             z = between(u[1 + choices.size + d, p], (low[d] - m) / s, (high[d] - m) / s, central, tail)
             x[d, p] = min(max(z * s + m, low[d]), high[d])
+
+
+@compiled
+def _add_kernels(
+    first: int, last: int, parts: np.ndarray, keys: np.ndarray, at: np.ndarray, inverse: np.ndarray,
+    scaled: np.ndarray, factor: np.ndarray, total: np.ndarray,
+) -> None:  # fmt: skip
+    """Add kernels ``first`` to ``last`` - 1 to ``total``, (points,), of WIDTH real parameters, the last ones.
+
+    Row keys[i] of ``parts`` is the power of 2 that all else of kernel i comes to.
+    """
+    x0, x1, x2, x3, x4, x5 = at[-6], at[-5], at[-4], at[-3], at[-2], at[-1]
+    s0, s1, s2, s3, s4, s5 = inverse[-6], inverse[-5], inverse[-4], inverse[-3], inverse[-2], inverse[-1]
+    m0, m1, m2, m3, m4, m5 = scaled[-6], scaled[-5], scaled[-4], scaled[-3], scaled[-2], scaled[-1]
+    for i in range(first, last):
+        part, f = parts[keys[i]], factor[i]
+        a0, a1, a2, a3, a4, a5 = s0[i], s1[i], s2[i], s3[i], s4[i], s5[i]
+        b0, b1, b2, b3, b4, b5 = m0[i], m1[i], m2[i], m3[i], m4[i], m5[i]
+        for p in range(total.size):
+            z0, z1, z2 = x0[p] * a0 - b0, x1[p] * a1 - b1, x2[p] * a2 - b2
+            z3, z4, z5 = x3[p] * a3 - b3, x4[p] * a4 - b4, x5[p] * a5 - b5
+            total[p] += f * exp2(part[p] - z0 * z0 - z1 * z1 - z2 * z2 - z3 * z3 - z4 * z4 - z5 * z5)
 
 
 @compiled
@@ -138,31 +215,51 @@ def log_density(
     x: np.ndarray, c: np.ndarray, inverse: np.ndarray, scaled: np.ndarray, factor: np.ndarray, offset: np.ndarray,
     codes: np.ndarray, choices: np.ndarray, categorical: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """Write the log density of an estimator at points into ``out``; arguments as in :func:`fit` and :func:`draw`."""
-    n, points, reals, cats = factor.size, out.size, x.shape[0], choices.size
-    total, e = np.zeros(points), np.empty(points)
+    """Write the log density of an estimator at points into ``out``; arguments as in :func:`fit` and :func:`draw`.
+
+    The kernels are added in their order, each of them to all points at once.
+    """
+    n, points, reals, cats, rows = factor.size, out.size, x.shape[0], choices.size, inverse.shape[0]
     own, other, none, uniform = np.empty(cats), np.empty(cats), 0.0, 0.0
+    stride, n_keys, keys = np.empty(cats, np.int64), 1, np.zeros(n, np.int64)
     for d in range(cats):
         other[d] = LOG2_E * log(categorical[d, 1])
         own[d] = LOG2_E * log(categorical[d, 0]) - other[d]
         none += other[d]
         uniform -= LOG2_E * log(float(choices[d]))
-    for i in range(n):
-        base = offset[i] + (none if i < n - 1 else uniform)
-        for p in range(points):
-            e[p] = base
+        stride[d] = n_keys
+        n_keys = n_keys * choices[d] if n_keys <= n else n_keys
+    at, total, alike = np.zeros((rows, points)), np.zeros(points), 0
+    at[rows - reals :] = x
+    if n_keys <= n and rows == WIDTH and not offset.any():
+        # Kernels of the same choices, of which there are not many, share their part; the prior is no such kernel.
+        alike = n - 1
+        parts = np.empty((n_keys, points))
+        for key in range(n_keys):
+            parts[key] = none
+            for d in range(cats):
+                code, gain = key // stride[d] % choices[d], own[d]
+                for p in range(points):
+                    parts[key, p] += gain if c[d, p] == code else 0.0
         for d in range(cats):
-            code, gain = codes[i, d], own[d]
+            for i in range(alike):
+                keys[i] += np.int64(codes[d, i]) * stride[d]
+        _add_kernels(0, alike, parts, keys, at, inverse, scaled, factor, total)
+    keys[alike:] = 0
+    part = np.empty((1, points))
+    e = part[0]
+    for i in range(alike, n):
+        e[:] = offset[i] + (none if i < n - 1 else uniform)
+        for d in range(cats):
+            code, gain = codes[d, i], own[d]
             for p in range(points):
                 e[p] += gain if c[d, p] == code else 0.0
-        for d in range(reals):
-            s, m = inverse[i, d], scaled[i, d]
+        for d in range(rows - WIDTH):
+            s, m = inverse[d, i], scaled[d, i]
             for p in range(points):
-                z = x[d, p] * s - m
+                z = at[d, p] * s - m
                 e[p] -= z * z
-        f = factor[i]
-        for p in range(points):
-            total[p] += f * exp2(e[p])
+        _add_kernels(i, i + 1, part, keys, at, inverse, scaled, factor, total)
     root = 2.5066282746310002  # of 2 pi
     for p in range(points):
         out[p] = log(total[p]) - reals * log(root)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
@@ -57,33 +58,46 @@ class Estimator:
 
     Args:
         space: the parameters.
-        codes: choices of the trials, shape (trials + 1, categorical parameters); the last row is free.
-        mu: real values, shape (trials + 1, real parameters), likewise.
+        codes: choices of the trials, shape (categorical parameters, trials + 1); the last column is free.
+        mu: real values, shape (real parameters, trials + 1), likewise.
         weight: of the trials, shape (trials,).
         bandwidth: ``scott``: one for all trials, which narrows as their number grows; ``neighbours``: for each
             trial the wider gap to the next values.
+        masses: writes for ``scott``, from its bandwidths and into an array like ``mu``, how much of the trials'
+            normal distributions lies within the bounds; returns False if it cannot.
     """
 
-    def __init__(self, space: Space, codes: Floats, mu: Floats, weight: Floats, bandwidth: Bandwidth) -> None:
+    def __init__(
+        self,
+        space: Space,
+        codes: Floats,
+        mu: Floats,
+        weight: Floats,
+        bandwidth: Bandwidth,
+        masses: Callable[[Floats, Floats], bool] = lambda sigma, mass: False,
+    ) -> None:
         self._space, self._codes, self._mu = space, codes, mu
         n = len(weight)
         self._weight = np.append(weight, PRIOR_WEIGHT) if n else np.ones(1)
-        codes[n], mu[n] = -1, 0.5 * (space.low + space.high)
-        self._sigma = np.empty_like(mu)
+        codes[:, n], mu[:, n] = -1, 0.5 * (space.low + space.high)
+        self._sigma, mass, offset = np.empty_like(mu), np.empty_like(mu), np.zeros(n + 1)
+        known = 0
         if bandwidth == "scott":
-            density.scott_bandwidths(n, len(space), space.low, space.high, self._sigma)
+            one = np.empty(len(mu))
+            density.scott_bandwidths(n, len(space), space.low, space.high, one)
+            self._sigma[:] = one[:, None]
+            known = n if masses(one, mass) else 0
         else:
-            density.neighbour_bandwidths(mu[:n], space.low, space.high, self._sigma[:n])
-        self._sigma[n] = space.high - space.low
+            density.neighbour_bandwidths(mu, n, space.low, space.high, self._sigma)
+        self._sigma[:, n] = space.high - space.low
+        density.masses(mu, self._sigma, known, space.low, space.high, CENTRAL, TAIL, mass, offset)
         least = PRIOR_WEIGHT / (n + 1)
         norm = 1.0 + least * space.choices
         self._categorical = np.stack([(1.0 + least) / norm, least / norm], axis=1)
-        self._inverse, self._scaled = np.empty_like(mu), np.empty_like(mu)
-        self._factor, self._offset = np.empty(n + 1), np.empty(n + 1)
-        density.fit(
-            mu, self._sigma, self._weight, space.low, space.high, CENTRAL, TAIL,
-            self._inverse, self._scaled, self._factor, self._offset,
-        )  # fmt: skip
+        rows = max(len(mu), density.WIDTH)
+        self._inverse, self._scaled = np.zeros((rows, n + 1)), np.zeros((rows, n + 1))
+        self._factor, self._offset = np.empty(n + 1), offset
+        density.fit(mu, self._sigma, mass, self._weight, self._inverse, self._scaled, self._factor, self._offset)
 
     def draw(self, u: Floats) -> tuple[Floats, Floats]:
         """Return points as (real values, choices), shapes (parameters of the kind, points).

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from optuna import Study
-from optuna.distributions import BaseDistribution
+from optuna.distributions import BaseDistribution, FloatDistribution
 from optuna.study import StudyDirection
 from optuna.trial import FrozenTrial, TrialState
 
-from mobo_core.search.samplers.tpe import compiled
+from mobo_core.jit.normal import CENTRAL
+from mobo_core.search.samplers.tpe import compiled, density
+from mobo_core.search.samplers.tpe.estimator import Space
 from mobo_core.search.samplers.tpe.ranking import insert_sorted
 
 _NONE, _TOLD, _PENDING = 0, 1, 2
@@ -17,11 +19,56 @@ _NONE, _TOLD, _PENDING = 0, 1, 2
 
 @compiled
 def gather(values: np.ndarray, rows: np.ndarray, columns: np.ndarray, out: np.ndarray) -> None:
-    """Copy ``values[columns][:, rows]``, turned round, into the first rows of ``out``."""
+    """Copy ``values[columns][:, rows]`` into the first columns of ``out``."""
     for j in range(columns.size):
-        column = values[columns[j]]
+        column, into = values[columns[j]], out[j]
         for i in range(rows.size):
-            out[i, j] = column[rows[i]]
+            into[i] = column[rows[i]]
+
+
+@compiled
+def insert_ascending(ascending: np.ndarray, numbers: np.ndarray, count: int, value: float, number: int) -> None:
+    """Insert a value into the first ``count`` of ``ascending``, and beside it the number of its trial."""
+    place = np.searchsorted(ascending[:count], value)
+    for i in range(count, place, -1):
+        ascending[i], numbers[i] = ascending[i - 1], numbers[i - 1]
+    ascending[place], numbers[place] = value, number
+
+
+@compiled
+def scatter(numbers: np.ndarray, values: np.ndarray, rows: np.ndarray, by_number: np.ndarray, out: np.ndarray) -> None:
+    """Write into ``out`` the values of the trials ``rows``, where ``values`` are those of the trials ``numbers``."""
+    for i in range(numbers.size):
+        by_number[numbers[i]] = values[i]
+    for i in range(rows.size):
+        out[i] = by_number[rows[i]]
+
+
+class _Column:
+    """The values of one real parameter in ascending order, and the numbers of their trials."""
+
+    def __init__(self) -> None:
+        self._ascending, self._numbers = np.empty(0), np.empty(0, np.int32)
+        self._count = 0
+
+    def add(self, value: float, number: int) -> None:
+        """Take in another trial."""
+        if self._count == len(self._ascending):
+            more = self._count + 64
+            self._ascending = np.concatenate([self._ascending, np.empty(more)])
+            self._numbers = np.concatenate([self._numbers, np.empty(more, np.int32)])
+        insert_ascending(self._ascending, self._numbers, self._count, value, number)
+        self._count += 1
+
+    def masses(self, low: float, high: float, sigma: float, rows: NDArray[np.int64], out: NDArray[np.float64]) -> bool:
+        """Write the masses of the trials ``rows``, as :func:`density.masses` has them, unless a value is outside."""
+        ascending, numbers = self._ascending[: self._count], self._numbers[: self._count]
+        if not self._count or ascending[0] < low or ascending[-1] > high:
+            return False
+        mass, by_number = np.empty(self._count), np.empty(numbers.max() + 1)
+        density.masses_in_order(ascending, low, high, sigma, CENTRAL, mass)
+        scatter(numbers, mass, rows, by_number, out)
+        return True
 
 
 class History:
@@ -51,6 +98,7 @@ class History:
         self._state = np.empty(0, np.int8)
         self._space: dict[str, BaseDistribution] | None = None
         self._gaps: set[str] = set()  # parameters that some trial lacks
+        self._real: dict[str, _Column] = {}
         self._open: dict[int, tuple[int, int]] = {}  # number -> (trial id, parameters known)
         self._next = 0
 
@@ -91,11 +139,27 @@ class History:
         return np.flatnonzero(state != _NONE if pending else state == _TOLD)
 
     def gathered(self, rows: NDArray[np.int64], names: list[str]) -> NDArray[np.float64]:
-        """Return the values of some parameters for some trials, shape (rows + 1, names): the last row is free."""
-        out = np.empty((len(rows) + 1, len(names)))
+        """Return the values of some parameters for some trials, shape (names, rows + 1): the last column is free."""
+        out = np.empty((len(names), len(rows) + 1))
         if len(rows):
             gather(self.values, rows, np.array([self.columns[name] for name in names], np.int64), out)
         return out
+
+    def masses(
+        self, rows: NDArray[np.int64], space: Space, sigma: NDArray[np.float64], out: NDArray[np.float64]
+    ) -> bool:
+        """Write the masses of some trials' normal distributions, of these bandwidths, into ``out``, or return False.
+
+        See :func:`~mobo_core.search.samplers.tpe.density.masses`; ``out`` has a row for each real parameter. They are
+        taken of all trials: not worth it for a few.
+        """
+        if 4 * len(rows) < self.count:
+            return False
+        columns = [self._real[name] for name in space.real]
+        return all(
+            column.masses(low, high, one, rows, to)
+            for column, low, high, one, to in zip(columns, space.low, space.high, sigma, out, strict=True)
+        )
 
     def with_all(self, rows: NDArray[np.int64], names: list[str]) -> NDArray[np.int64]:
         """Return those of some trials that have all of some parameters."""
@@ -135,9 +199,12 @@ class History:
                 self.values = np.vstack([self.values, np.full((1, self.values.shape[1]), np.nan)])
         self._gaps.update(self.columns.keys() - trial.params.keys())
         number = trial.number
-        self.values[:, number] = np.nan
         for name, value in trial.params.items():
-            self.values[self.columns[name], number] = trial.distributions[name].to_internal_repr(value)
+            row, distribution = self.values[self.columns[name]], trial.distributions[name]
+            new = np.isnan(row[number])
+            row[number] = distribution.to_internal_repr(value)
+            if new and isinstance(distribution, FloatDistribution):
+                self._real.setdefault(name, _Column()).add(row[number], number)
 
     def _grow(self, capacity: int) -> None:
         old = len(self._state)

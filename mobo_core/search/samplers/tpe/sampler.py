@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -151,7 +152,7 @@ class FastTPESampler(TPESampler):
 
     def _estimator(self, space: Space, rows: NDArray[np.int64], weight: Floats) -> Estimator:
         codes, mu = self._history.gathered(rows, space.categorical), self._history.gathered(rows, space.real)
-        return Estimator(space, codes, mu, weight, self._bandwidth)
+        return Estimator(space, codes, mu, weight, self._bandwidth, partial(self._history.masses, rows, space))
 
     def _best(self, search_space: dict[str, BaseDistribution]) -> dict[str, object]:
         good, others = self.estimators(search_space)

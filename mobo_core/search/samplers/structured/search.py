@@ -1,0 +1,250 @@
+"""The search: which arm to try next, from all arms tried."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mobo_core.design import DesignSpace
+from mobo_core.jit.numerics import mix, stream, uniform
+from mobo_core.search.samplers.structured import compiled
+from mobo_core.search.samplers.structured.archive import Archive, Front
+from mobo_core.search.samplers.structured.model import nearest, predict
+from mobo_core.search.samplers.structured.policy import Policy
+from mobo_core.search.samplers.structured.region import Region, repair, spread, vary
+from mobo_core.search.samplers.structured.volume import added
+
+Floats = NDArray[np.float64]
+
+# The streams of random numbers that are this search's; those below belong to poses and starts.
+STREAM = 16
+CANDIDATES = 96
+_ANYWHERE, _FROM_OTHERS = 16, 24  # of the candidates
+OWN, TWINS, PENDING = 110, 40, 32  # arms that a model is made of
+_MODELLED = 3  # told arms from which an order has a model
+HOPES = (0.0, 0.5, 1.5)  # standard deviations by which a candidate may be better than expected
+EXPLORING = 0.1  # share of the trials that go where the model knows least, for what it does not know
+NEAR, REFINED = 32, 2  # points around the best candidate, times
+
+
+class Search:
+    """Asks for arms and is told what they are worth.
+
+    Orders are numbers; a point is as in :mod:`~mobo_core.search.samplers.structured.region`.
+
+    Args:
+        space: of the arms.
+        count: of orders.
+        twin: for each order the number of its mirror twin, -1 if it has none.
+        maximized: for each objective, whether it is maximised.
+        startup: trials before models are used.
+        seed: of all.
+    """
+
+    def __init__(
+        self, space: DesignSpace, count: int, twin: Sequence[int], maximized: Sequence[bool], startup: int, seed: int
+    ) -> None:
+        self._region = Region(space)
+        self._twin, self._startup, self._seed = twin, startup, seed
+        self._d = len(self._region.low)
+        self._m = len(maximized)
+        best = [k for k, up in enumerate(maximized) if up]
+        self._extremes = best or list(range(self._m))
+        self.archives = [Archive(self._m, best, self._d, self._d - 1) for _ in range(count)]
+        self.policy = Policy(count, self._m)
+        self._all = Front(self._m, self._d, 256)
+
+    def asked(self, trial: int, order: int, point: Floats) -> None:
+        """Note an arm that a trial tries."""
+        self.policy.ask(order)
+        self.archives[order].pending[trial] = self._region.features(point[None])[0]
+
+    def told(self, trial: int, order: int, point: Floats, gain: Floats | None) -> None:
+        """Note what a trial came to, as gains; None if it failed."""
+        archive = self.archives[order]
+        archive.tell(trial, point, archive.pending[trial], gain)
+        if gain is not None:
+            self._all.add(gain, point)
+        self.policy.tell(order, gain, archive, self._all.volume)
+
+    def next(self, trial: int) -> tuple[int, Floats]:
+        """Return the order and the point to try in a trial."""
+        state = np.uint64(stream(self._seed, STREAM, trial, 0, 0))
+        r = _Stream(state)
+        if trial >= self._startup and self.policy.serves_all(r.uniform()):
+            order, front = self.policy.for_all(r.uniform()), self._all
+        else:
+            order = self.policy.for_each()
+            front = self.archives[order].front
+        archive = self.archives[order]
+        candidates = self._candidates(state, r, order)
+        if archive.told < _MODELLED or not len(archive.front):
+            # From others or anywhere, in turn.
+            return order, candidates[0 if r.uniform() < 0.5 else _ANYWHERE]
+        explores = r.uniform() < EXPLORING
+        values = self._values(r, order, front, explores)
+        best, value = values(candidates[: _ANYWHERE + _FROM_OTHERS] if explores else candidates)
+        point = candidates[best]
+        for _ in range(0 if explores else REFINED):
+            # Around the best so far, as the model sees it.
+            near = np.repeat(point[None], NEAR, axis=0)
+            _refine(r.fork(), archive.front.arms, archive.points, *self._region.bounds, near)
+            best, higher = values(near)
+            if higher > value:
+                point, value = near[best], higher
+        return order, point
+
+    def _candidates(self, state: np.uint64, r: _Stream, order: int) -> Floats:
+        """Return points: anywhere; good ones of other orders; and changed ones of its own front."""
+        archive, region = self.archives[order], self._region
+        points = np.empty((CANDIDATES, self._d))
+        own = archive.front.arms
+        for c in range(_FROM_OTHERS):
+            points[_ANYWHERE + c] = self._lent(r, order)
+        for c in range(_ANYWHERE + _FROM_OTHERS, CANDIDATES):
+            points[c] = own[self._parent(r, archive.front)] if len(own) else points[_ANYWHERE + c % _FROM_OTHERS]
+        tried = archive.points if archive.told else points[_ANYWHERE : _ANYWHERE + 1]
+        own = own if len(own) else tried
+        _draw(state, _ANYWHERE, _FROM_OTHERS, own, tried, *region.bounds, points)
+        return points
+
+    def _parent(self, r: _Stream, front: Front) -> int:
+        if r.uniform() < 0.4:
+            return front.best(self._extremes[r.below(len(self._extremes))])
+        return r.below(len(front))
+
+    def _lent(self, r: _Stream, order: int) -> Floats:
+        """Return a good point of another order: its twin, one on the front of all, or any."""
+        twin = self._twin[order]
+        if twin >= 0 and r.uniform() < 0.3 and len(self.archives[twin].front):
+            front = self.archives[twin].front
+        elif r.uniform() < 0.5 and len(self._all):
+            front = self._all
+        else:
+            front = self.archives[r.below(len(self.archives))].front
+        if not len(front):
+            point = np.empty(self._d)
+            spread(r.fork(), *self._region.bounds, point)
+            return point
+        lent: Floats = front.arms[self._parent(r, front)]
+        return lent
+
+    def _values(self, r: _Stream, order: int, front: Front, explores: bool) -> Callable[[Floats], tuple[int, float]]:
+        """Return a function that returns which of some points may add most to a front, and how much."""
+        archive, features = self.archives[order], self._region.features
+        parent = self._parent(r, archive.front)
+        centre = features(archive.front.arms[parent : parent + 1])[0]
+        near = nearest(archive.features, len(archive.features), centre, OWN)
+        z, gains = archive.features[near], archive.gains[near]
+        twin = self._twin[order]
+        theirs = 0
+        if twin >= 0 and self.archives[twin].told:
+            other = self.archives[twin]
+            near = nearest(other.features, len(other.features), centre, TWINS)
+            z, gains, theirs = np.vstack([z, other.features[near]]), np.vstack([gains, other.gains[near]]), len(near)
+        told = len(z)
+        if archive.pending:
+            z = np.vstack([z, np.array(list(archive.pending.values())[-PENDING:])])
+        is_twin = np.zeros(len(z), np.bool_)
+        is_twin[told - theirs : told] = True
+        gains = _filled(gains)
+        hope = HOPES[r.below(len(HOPES))]
+        extreme = self._extremes[r.below(len(self._extremes))] if front is archive.front and r.uniform() < 0.4 else -1
+        if explores:
+            hope, extreme = 1e3, self._extremes[0]
+
+        def values(points: Floats) -> tuple[int, float]:
+            mean, deviation = np.empty((len(points), self._m)), np.empty((len(points), self._m))
+            predict(z, gains, is_twin, told, features(points), mean, deviation)
+            best, value = _best(front.gains, mean, deviation, hope, extreme)
+            return int(best), float(value)
+
+        return values
+
+
+class _Stream:
+    """Random numbers, one after the other."""
+
+    def __init__(self, state: np.uint64) -> None:
+        self._state, self._k = state, 0
+
+    def uniform(self) -> float:
+        """Return a number in [0, 1)."""
+        self._k += 1
+        return float(uniform(self._state, self._k))
+
+    def below(self, count: int) -> int:
+        """Return one of 0 to count - 1."""
+        return int(self.uniform() * count)
+
+    def fork(self) -> np.uint64:
+        """Return the state of another stream."""
+        self._k += 1
+        return np.uint64(mix(self._state, 1 << 40 | self._k))
+
+
+@compiled
+def _filled(gains: Floats) -> Floats:
+    """Return gains with those of trials that failed put to the mean of the others: nothing is known of them."""
+    filled = gains.copy()
+    for k in range(gains.shape[1]):
+        total, count = 0.0, 0
+        for i in range(gains.shape[0]):
+            if not np.isnan(gains[i, k]):
+                total += gains[i, k]
+                count += 1
+        for i in range(gains.shape[0]):
+            if np.isnan(gains[i, k]):
+                filled[i, k] = total / max(count, 1)
+    return filled
+
+
+@compiled
+def _draw(
+    state: np.uint64, anywhere: int, lent: int, front: Floats, tried: Floats, low: Floats, high: Floats,
+    zero: NDArray[np.bool_], points: Floats,
+) -> None:  # fmt: skip
+    """Draw the first points anywhere; leave the first half of those lent as they are; change all others."""
+    for c in range(points.shape[0]):
+        own = mix(state, 1000 + c)
+        if c < anywhere:
+            spread(own, low, high, zero, points[c])
+        elif c < anywhere + lent // 2:
+            repair(points[c], low, high, zero)
+        else:
+            vary(own, front, tried, low, high, zero, points[c])
+
+
+@compiled
+def _refine(
+    state: np.uint64, front: Floats, tried: Floats, low: Floats, high: Floats, zero: NDArray[np.bool_], points: Floats
+) -> None:
+    for c in range(points.shape[0]):
+        vary(mix(state, c), front, tried, low, high, zero, points[c])
+
+
+@compiled
+def _best(front: Floats, mean: Floats, deviation: Floats, hope: float, extreme: int) -> tuple[int, float]:
+    """Return the point that, by so many deviations better than expected, adds most to a front, and how much.
+
+    What adds nothing counts below zero, by how low the product of its gains is. With ``extreme`` it is that gain that
+    counts.
+    """
+    q, m = mean.shape
+    best, highest = 0, -np.inf
+    may_be = np.empty(m)
+    for c in range(q):
+        if deviation[c, 0] < 0.0:
+            continue
+        product = 1.0
+        for k in range(m):
+            may_be[k] = mean[c, k] + hope * deviation[c, k]
+            product *= min(max(may_be[k], 1e-6), 1.0)
+        value = may_be[extreme] if extreme >= 0 else added(front, front.shape[0], may_be)
+        if extreme < 0 and value <= 0.0:
+            value = product - 1.0
+        if value > highest:
+            best, highest = c, value
+    return best, highest
