@@ -27,6 +27,7 @@ from optuna.trial import FrozenTrial, TrialState, create_trial
 from mobo_core.design import DesignSpace
 from mobo_core.search.samplers.parzen import paper_gamma, tenth
 from mobo_core.search.samplers.sampler import trial_seed
+from mobo_core.search.samplers.tpe import density
 from mobo_core.search.samplers.tpe.estimator import Estimator, Space
 from mobo_core.search.samplers.tpe.ranking import good_trials, hypervolume_weights, insert_sorted
 from mobo_core.search.samplers.tpe.sampler import FastTPESampler, recent
@@ -154,7 +155,8 @@ def own_estimator(
         for names in (parts.categorical, parts.real)
     ]
     codes, mu = (np.hstack([rows, np.zeros((len(rows), 1))]) for rows in columns)
-    return Estimator(parts, codes, mu, weight, bandwidth)
+    mu = np.vstack([np.zeros((max(0, density.WIDTH - len(mu)), n + 1)), mu])
+    return Estimator(parts, codes.astype(np.int16), mu, weight, bandwidth)
 
 
 @pytest.mark.slow

@@ -35,8 +35,8 @@ REPORT = "MOBO_FEED_REPORT"
 class Meter:
     """Divides one thread's CPU time among parts; of nested calls the innermost counts."""
 
-    def __init__(self) -> None:
-        self.spent = dict.fromkeys(PARTS, 0.0)
+    def __init__(self, parts: tuple[str, ...] = PARTS) -> None:
+        self.spent = dict.fromkeys(parts, 0.0)
         self._part, self._since = "other", time.thread_time()
 
     def switch(self, part: str) -> str:

@@ -86,10 +86,11 @@ def evaluate(
         compute(first, last, out)
         seconds += time.perf_counter() - began
         effort += out.effort.sum(axis=0)
-        for voxel in range(first, last):
-            outcome = out.outcome[voxel - first]
-            counts[voxel] = [np.count_nonzero(outcome == reason) for reason in range(4)]
-            mean[voxel], deviation[voxel] = _mean_and_deviation(out.torque[voxel - first][outcome == 0])
+        for reason in range(4):
+            counts[first:last, reason] = np.count_nonzero(out.outcome == reason, axis=1)
+        for voxel in np.flatnonzero(counts[first:last, 0]):
+            torques = out.torque[voxel][out.outcome[voxel] == 0]
+            mean[first + voxel], deviation[first + voxel] = _mean_and_deviation(torques.tolist())
         if configurations or audit_poses or values or held:
             found = _accepted(out, first)
             if configurations:
@@ -159,12 +160,10 @@ def _chunks(n_voxels: int, poses: int) -> Iterator[tuple[int, int]]:
         yield first, min(first + step, n_voxels)
 
 
-def _mean_and_deviation(values: Array) -> tuple[float, float]:
+def _mean_and_deviation(values: list[float]) -> tuple[float, float]:
     # fsum rounds once, whatever the order: NumPy's own sums differ between processors.
-    if not len(values):
-        return 0.0, 0.0
     mean = math.fsum(values) / len(values)
-    return mean, math.sqrt(math.fsum((float(v) - mean) * (float(v) - mean) for v in values) / len(values))
+    return mean, math.sqrt(math.fsum((v - mean) * (v - mean) for v in values) / len(values))
 
 
 def solve_poses(

@@ -13,6 +13,7 @@ from mobo_core.jit.normal import CENTRAL, TAIL
 from mobo_core.search.samplers.tpe import density
 
 Floats = NDArray[np.float64]
+Codes = NDArray[np.int16]
 Bandwidth = Literal["scott", "neighbours"]
 
 PRIOR_WEIGHT = 1.0
@@ -59,45 +60,48 @@ class Estimator:
     Args:
         space: the parameters.
         codes: choices of the trials, shape (categorical parameters, trials + 1); the last column is free.
-        mu: real values, shape (real parameters, trials + 1), likewise.
+        mu: real values, shape (real parameters, trials + 1), likewise; with fewer than WIDTH parameters so many rows,
+            the first ones zero.
         weight: of the trials, shape (trials,).
         bandwidth: ``scott``: one for all trials, which narrows as their number grows; ``neighbours``: for each
             trial the wider gap to the next values.
-        masses: writes for ``scott``, from its bandwidths and into an array like ``mu``, how much of the trials'
-            normal distributions lies within the bounds; returns False if it cannot.
+        volumes: returns for ``scott``, from its bandwidths, the trials' :func:`density.volumes`, or None if it
+            cannot.
     """
 
     def __init__(
         self,
         space: Space,
-        codes: Floats,
+        codes: Codes,
         mu: Floats,
         weight: Floats,
         bandwidth: Bandwidth,
-        masses: Callable[[Floats, Floats], bool] = lambda sigma, mass: False,
+        volumes: Callable[[Floats], Floats | None] = lambda sigma: None,
     ) -> None:
         self._space, self._codes, self._mu = space, codes, mu
-        n = len(weight)
+        n, reals = len(weight), len(space.real)
         self._weight = np.append(weight, PRIOR_WEIGHT) if n else np.ones(1)
-        codes[:, n], mu[:, n] = -1, 0.5 * (space.low + space.high)
-        self._sigma, mass, offset = np.empty_like(mu), np.empty_like(mu), np.zeros(n + 1)
-        known = 0
+        codes[:, n], mu[len(mu) - reals :, n] = -1, 0.5 * (space.low + space.high)
+        volume, self._offset = np.empty(n + 1), np.zeros(n + 1)
+        known: Floats | None = None
         if bandwidth == "scott":
-            one = np.empty(len(mu))
-            density.scott_bandwidths(n, len(space), space.low, space.high, one)
-            self._sigma[:] = one[:, None]
-            known = n if masses(one, mass) else 0
+            self._sigma, scott = np.empty((reals, 2)), np.empty(reals)
+            density.scott_bandwidths(n, len(space), space.low, space.high, scott)
+            self._sigma[:, 0] = scott
+            known = volumes(scott)
         else:
+            self._sigma = np.empty((reals, n + 1))
             density.neighbour_bandwidths(mu, n, space.low, space.high, self._sigma)
-        self._sigma[:, n] = space.high - space.low
-        density.masses(mu, self._sigma, known, space.low, space.high, CENTRAL, TAIL, mass, offset)
+        self._sigma[:, -1] = space.high - space.low
+        if known is not None:
+            volume[:n] = known
+        first = 0 if known is None else n
+        density.volumes(mu, self._sigma, first, space.low, space.high, CENTRAL, TAIL, volume, self._offset)
         least = PRIOR_WEIGHT / (n + 1)
         norm = 1.0 + least * space.choices
         self._categorical = np.stack([(1.0 + least) / norm, least / norm], axis=1)
-        rows = max(len(mu), density.WIDTH)
-        self._inverse, self._scaled = np.zeros((rows, n + 1)), np.zeros((rows, n + 1))
-        self._factor, self._offset = np.empty(n + 1), offset
-        density.fit(mu, self._sigma, mass, self._weight, self._inverse, self._scaled, self._factor, self._offset)
+        self._factor, self._inverse = volume, np.empty((len(mu), self._sigma.shape[1]))
+        density.fit(self._weight, volume, self._sigma, self._factor, self._inverse)
 
     def draw(self, u: Floats) -> tuple[Floats, Floats]:
         """Return points as (real values, choices), shapes (parameters of the kind, points).
@@ -116,7 +120,7 @@ class Estimator:
         """Return the log density at points, which are given as :meth:`draw` returns them."""
         out = np.empty(x.shape[1])
         density.log_density(
-            x, c, self._inverse, self._scaled, self._factor, self._offset, self._codes, self._space.choices,
+            x, c, self._mu, self._inverse, self._factor, self._offset, self._codes, self._space.choices,
             self._categorical, out,
         )  # fmt: skip
         return out

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from optuna import Study
@@ -35,15 +37,6 @@ def insert_ascending(ascending: np.ndarray, numbers: np.ndarray, count: int, val
     ascending[place], numbers[place] = value, number
 
 
-@compiled
-def scatter(numbers: np.ndarray, values: np.ndarray, rows: np.ndarray, by_number: np.ndarray, out: np.ndarray) -> None:
-    """Write into ``out`` the values of the trials ``rows``, where ``values`` are those of the trials ``numbers``."""
-    for i in range(numbers.size):
-        by_number[numbers[i]] = values[i]
-    for i in range(rows.size):
-        out[i] = by_number[rows[i]]
-
-
 class _Column:
     """The values of one real parameter in ascending order, and the numbers of their trials."""
 
@@ -60,15 +53,14 @@ class _Column:
         insert_ascending(self._ascending, self._numbers, self._count, value, number)
         self._count += 1
 
-    def masses(self, low: float, high: float, sigma: float, rows: NDArray[np.int64], out: NDArray[np.float64]) -> bool:
-        """Write the masses of the trials ``rows``, as :func:`density.masses` has them, unless a value is outside."""
+    def lies_in(self, low: float, high: float) -> bool:
+        """Return whether all values lie within bounds."""
+        return not self._count or bool(low <= self._ascending[0] and self._ascending[self._count - 1] <= high)
+
+    def multiply_volumes(self, low: float, high: float, sigma: float, volume: NDArray[np.float64]) -> None:
+        """Multiply this parameter's part of :func:`density.volumes` into ``volume``, by trial number."""
         ascending, numbers = self._ascending[: self._count], self._numbers[: self._count]
-        if not self._count or ascending[0] < low or ascending[-1] > high:
-            return False
-        mass, by_number = np.empty(self._count), np.empty(numbers.max() + 1)
-        density.masses_in_order(ascending, low, high, sigma, CENTRAL, mass)
-        scatter(numbers, mass, rows, by_number, out)
-        return True
+        density.multiply_volumes(ascending, numbers, low, high, sigma, CENTRAL, volume)
 
 
 class History:
@@ -138,28 +130,42 @@ class History:
         state = self._state[: self._next]
         return np.flatnonzero(state != _NONE if pending else state == _TOLD)
 
-    def gathered(self, rows: NDArray[np.int64], names: list[str]) -> NDArray[np.float64]:
-        """Return the values of some parameters for some trials, shape (names, rows + 1): the last column is free."""
-        out = np.empty((len(names), len(rows) + 1))
-        if len(rows):
-            gather(self.values, rows, np.array([self.columns[name] for name in names], np.int64), out)
+    def codes(self, rows: NDArray[np.int64], space: Space) -> NDArray[np.int16]:
+        """Return some trials' choices, shape (categorical parameters, rows + 1): the last column is free."""
+        out = np.empty((len(space.categorical), len(rows) + 1), np.int16)
+        self._gather(rows, space.categorical, out)
         return out
 
-    def masses(
-        self, rows: NDArray[np.int64], space: Space, sigma: NDArray[np.float64], out: NDArray[np.float64]
-    ) -> bool:
-        """Write the masses of some trials' normal distributions, of these bandwidths, into ``out``, or return False.
+    def reals(self, rows: NDArray[np.int64], space: Space) -> NDArray[np.float64]:
+        """Return some trials' real values as :class:`~mobo_core.search.samplers.tpe.estimator.Estimator` has them."""
+        lead = max(0, density.WIDTH - len(space.real))
+        out = np.empty((lead + len(space.real), len(rows) + 1))
+        out[:lead] = 0.0
+        self._gather(rows, space.real, out[lead:])
+        return out
 
-        See :func:`~mobo_core.search.samplers.tpe.density.masses`; ``out`` has a row for each real parameter. They are
-        taken of all trials: not worth it for a few.
+    def _gather(self, rows: NDArray[np.int64], names: list[str], out: NDArray[Any]) -> None:
+        if len(rows):
+            gather(self.values, rows, np.array([self.columns[name] for name in names], np.int64), out)
+
+    def volumes(
+        self, rows: NDArray[np.int64], space: Space, sigma: NDArray[np.float64]
+    ) -> NDArray[np.float64] | None:
+        """Return :func:`density.volumes` of some trials for these bandwidths, one for each real parameter, or None.
+
+        They are taken of all trials, in the order of their values: not worth it for a few of them, and only right
+        if all values lie within the bounds.
         """
-        if 4 * len(rows) < self.count:
-            return False
+        if 4 * len(rows) < self.count or not len(rows):
+            return None
         columns = [self._real[name] for name in space.real]
-        return all(
-            column.masses(low, high, one, rows, to)
-            for column, low, high, one, to in zip(columns, space.low, space.high, sigma, out, strict=True)
-        )
+        bounds = list(zip(space.low.tolist(), space.high.tolist(), strict=True))
+        if not all(column.lies_in(*ends) for column, ends in zip(columns, bounds, strict=True)):
+            return None
+        volume = np.ones(self._next)
+        for column, ends, one in zip(columns, bounds, sigma.tolist(), strict=True):
+            column.multiply_volumes(*ends, one, volume)
+        return volume[rows]
 
     def with_all(self, rows: NDArray[np.int64], names: list[str]) -> NDArray[np.int64]:
         """Return those of some trials that have all of some parameters."""

@@ -151,8 +151,9 @@ class FastTPESampler(TPESampler):
         return self._split_at[1]
 
     def _estimator(self, space: Space, rows: NDArray[np.int64], weight: Floats) -> Estimator:
-        codes, mu = self._history.gathered(rows, space.categorical), self._history.gathered(rows, space.real)
-        return Estimator(space, codes, mu, weight, self._bandwidth, partial(self._history.masses, rows, space))
+        history = self._history
+        codes, mu = history.codes(rows, space), history.reals(rows, space)
+        return Estimator(space, codes, mu, weight, self._bandwidth, partial(history.volumes, rows, space))
 
     def _best(self, search_space: dict[str, BaseDistribution]) -> dict[str, object]:
         good, others = self.estimators(search_space)
