@@ -21,8 +21,9 @@ FOR_ALL, FOR_ALL_KNOWN, KNOWN = 0.5, 0.2, 0.005
 VOLUME, BEST = 0.01, 0.02
 # A known order gets a trial for every so many of one that is not.
 _REST = 0.25
-# What t trials of an order leave unknown at least: of its best value a share of _LEAST / t.
-_LEAST = 5.0
+# What t trials of an order leave unknown at least: of its best value a share of _LEAST / t. Whose best is poor may
+# still surprise: it counts as _POOR.
+_LEAST, _POOR = 5.0, 0.1
 # By how much an order of t trials may turn out better: _HOPE / sqrt(t + 1).
 _HOPE = 0.3
 
@@ -73,7 +74,7 @@ class Policy:
             height = (np.maximum(gain, 0.0) / self._weights).min(axis=1)
             self._heights[:, order] = np.maximum(self._heights[:, order], height)
         gained, best = archive.gained()
-        hope = _LEAST * archive.best / archive.told
+        hope = _LEAST * max(archive.best, _POOR) / archive.told
         self._need[order] = min(max(gained / VOLUME, best / BEST, hope / BEST, _REST), 1.0)
 
     def serves_all(self, u: float) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +24,10 @@ CANDIDATES = 96
 _ANYWHERE, _FROM_OTHERS = 16, 24  # of the candidates
 OWN, TWINS, PENDING = 110, 40, 32  # arms that a model is made of
 _MODELLED = 3  # told arms from which an order has a model
-HOPES = (0.0, 0.5, 1.5)  # standard deviations by which a candidate may be better than expected
+HOPES = (0.3, 1.0, 2.0)  # standard deviations by which a candidate may be better than expected
+_ALL_HOPE = 1e3
+EXTREME = 0.4  # share of an order's own trials that are for the best in one objective, and of parents that are it
 EXPLORING = 0.1  # share of the trials that go where the model knows least, for what it does not know
-NEAR, REFINED = 32, 2  # points around the best candidate, times
 
 
 class Search:
@@ -83,18 +84,10 @@ class Search:
         if archive.told < _MODELLED or not len(archive.front):
             # From others or anywhere, in turn.
             return order, candidates[0 if r.uniform() < 0.5 else _ANYWHERE]
-        explores = r.uniform() < EXPLORING
-        values = self._values(r, order, front, explores)
-        best, value = values(candidates[: _ANYWHERE + _FROM_OTHERS] if explores else candidates)
-        point = candidates[best]
-        for _ in range(0 if explores else REFINED):
-            # Around the best so far, as the model sees it.
-            near = np.repeat(point[None], NEAR, axis=0)
-            _refine(r.fork(), archive.front.arms, archive.points, *self._region.bounds, near)
-            best, higher = values(near)
-            if higher > value:
-                point, value = near[best], higher
-        return order, point
+        if r.uniform() < EXPLORING:
+            some = candidates[: _ANYWHERE + _FROM_OTHERS]
+            return order, some[self._best(r, order, front, some, explores=True)]
+        return order, candidates[self._best(r, order, front, candidates, explores=False)]
 
     def _candidates(self, state: np.uint64, r: _Stream, order: int) -> Floats:
         """Return points: anywhere; good ones of other orders; and changed ones of its own front."""
@@ -111,7 +104,7 @@ class Search:
         return points
 
     def _parent(self, r: _Stream, front: Front) -> int:
-        if r.uniform() < 0.4:
+        if r.uniform() < EXTREME:
             return front.best(self._extremes[r.below(len(self._extremes))])
         return r.below(len(front))
 
@@ -131,8 +124,8 @@ class Search:
         lent: Floats = front.arms[self._parent(r, front)]
         return lent
 
-    def _values(self, r: _Stream, order: int, front: Front, explores: bool) -> Callable[[Floats], tuple[int, float]]:
-        """Return a function that returns which of some points may add most to a front, and how much."""
+    def _best(self, r: _Stream, order: int, front: Front, points: Floats, *, explores: bool) -> int:
+        """Return the number of the point that may add most to a front, or of which the model knows least."""
         archive, features = self.archives[order], self._region.features
         parent = self._parent(r, archive.front)
         centre = features(archive.front.arms[parent : parent + 1])[0]
@@ -149,19 +142,13 @@ class Search:
             z = np.vstack([z, np.array(list(archive.pending.values())[-PENDING:])])
         is_twin = np.zeros(len(z), np.bool_)
         is_twin[told - theirs : told] = True
-        gains = _filled(gains)
-        hope = HOPES[r.below(len(HOPES))]
-        extreme = self._extremes[r.below(len(self._extremes))] if front is archive.front and r.uniform() < 0.4 else -1
+        mean, deviation = np.empty((len(points), self._m)), np.empty((len(points), self._m))
+        predict(z, _filled(gains), is_twin, told, features(points), mean, deviation)
+        extreme = self._extremes[r.below(len(self._extremes))]
         if explores:
-            hope, extreme = 1e3, self._extremes[0]
-
-        def values(points: Floats) -> tuple[int, float]:
-            mean, deviation = np.empty((len(points), self._m)), np.empty((len(points), self._m))
-            predict(z, gains, is_twin, told, features(points), mean, deviation)
-            best, value = _best(front.gains, mean, deviation, hope, extreme)
-            return int(best), float(value)
-
-        return values
+            return int(_best(front.gains, mean, deviation, _ALL_HOPE, extreme))
+        for_extreme = front is archive.front and r.uniform() < EXTREME
+        return int(_best(front.gains, mean, deviation, HOPES[r.below(len(HOPES))], extreme if for_extreme else -1))
 
 
 class _Stream:
@@ -218,16 +205,8 @@ def _draw(
 
 
 @compiled
-def _refine(
-    state: np.uint64, front: Floats, tried: Floats, low: Floats, high: Floats, zero: NDArray[np.bool_], points: Floats
-) -> None:
-    for c in range(points.shape[0]):
-        vary(mix(state, c), front, tried, low, high, zero, points[c])
-
-
-@compiled
-def _best(front: Floats, mean: Floats, deviation: Floats, hope: float, extreme: int) -> tuple[int, float]:
-    """Return the point that, by so many deviations better than expected, adds most to a front, and how much.
+def _best(front: Floats, mean: Floats, deviation: Floats, hope: float, extreme: int) -> int:
+    """Return the point that, by so many deviations better than expected, adds most to a front.
 
     What adds nothing counts below zero, by how low the product of its gains is. With ``extreme`` it is that gain that
     counts.
@@ -247,4 +226,4 @@ def _best(front: Floats, mean: Floats, deviation: Floats, hope: float, extreme: 
             value = product - 1.0
         if value > highest:
             best, highest = c, value
-    return best, highest
+    return best
