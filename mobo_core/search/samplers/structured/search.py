@@ -26,7 +26,7 @@ OWN, TWINS, PENDING = 110, 40, 32  # arms that a model is made of
 _MODELLED = 3  # told arms from which an order has a model
 HOPES = (0.3, 1.0, 2.0)  # standard deviations by which a candidate may be better than expected
 _ALL_HOPE = 1e3
-EXTREME = 0.4  # share of an order's own trials that are for the best in one objective, and of parents that are it
+EXTREME = 0.2  # share of an order's own trials that are for the best in one objective, and of parents that are it
 EXPLORING = 0.1  # share of the trials that go where the model knows least, for what it does not know
 
 
