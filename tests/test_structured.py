@@ -123,6 +123,18 @@ def test_mirror_twins_are_worth_alike() -> None:
         assert own.torque == pytest.approx(other.torque, rel=0.1)
 
 
+def test_twins_know_each_others_best() -> None:
+    """In the end no order's best is far behind its twin's, where equal lengths are worth the same."""
+    study = OrderedStudy(settings_of(8, space={"n_joints": 4, "max_length": 0.6}, seed=1))
+    best: dict[str, float] = {}
+    for trial in go_on(study, 800, value=lambda _, design: value(0, design))[:780]:
+        told = value(0, trial.design)
+        assert told
+        best[trial.design.joints] = max(best.get(trial.design.joints, 0.0), told[0])
+    pairs = twins(DesignSpace(n_joints=4), SPEC, TWO)
+    assert len(pairs) > 10 and all(abs(best[a] - best[b]) < 2.0 for a, b in pairs.items())
+
+
 @pytest.mark.parametrize(
     ("space", "spec", "objectives"),
     [

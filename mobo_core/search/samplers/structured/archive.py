@@ -99,6 +99,11 @@ class Archive:
             return self.front.volume
         return max(self.bests[-width:])
 
+    def tried(self, features: Floats) -> bool:
+        """Return whether an arm of these features is in flight, or among those of late."""
+        known = [self.features, *(each[None] for each in self.pending.values())]
+        return any(bool((np.abs(rows - features).max(axis=1) < 1e-6).any()) for rows in known)
+
     def tell(self, trial: int, point: Floats, features: Floats, gain: Floats | None) -> None:
         """Take in what a trial came to; None if it failed."""
         self.pending.pop(trial, None)

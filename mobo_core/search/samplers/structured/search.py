@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 STREAM = 16
 CANDIDATES = 96
 _ANYWHERE, _FROM_OTHERS = 16, 24  # of the candidates
+APART = 0.01  # gain by which a twin's best arm is better by far
 OWN, TWINS, PENDING = 110, 40, 32  # arms that a model is made of
 _MODELLED = 3  # told arms from which an order has a model
 HOPES = (0.3, 1.0, 2.0)  # standard deviations by which a candidate may be better than expected
@@ -56,6 +57,8 @@ class Search:
         self.archives = [Archive(self._m, best, self._d, self._d - 1) for _ in range(count)]
         self.policy = Policy(count, self._m)
         self._all = Front(self._m, self._d, 256)
+        # By how much the best of each order is behind its twin's.
+        self._behind = np.zeros(count)
 
     def asked(self, trial: int, order: int, point: Floats) -> None:
         """Note an arm that a trial tries."""
@@ -69,11 +72,16 @@ class Search:
         if gain is not None:
             self._all.add(gain, point)
         self.policy.tell(order, gain, archive, self._all.volume)
+        if (twin := self._twin[order]) >= 0:
+            self._behind[order] = self.archives[twin].best - archive.best
+            self._behind[twin] = -self._behind[order]
 
     def next(self, trial: int) -> tuple[int, Floats]:
         """Return the order and the point to try in a trial."""
         state = np.uint64(stream(self._seed, STREAM, trial, 0, 0))
         r = _Stream(state)
+        if trial >= self._startup and (owed := self._owed()):
+            return owed
         if trial >= self._startup and self.policy.serves_all(r.uniform()):
             order, front = self.policy.for_all(r.uniform()), self._all
         else:
@@ -88,6 +96,16 @@ class Search:
             some = candidates[: _ANYWHERE + _FROM_OTHERS]
             return order, some[self._best(r, order, front, some, explores=True)]
         return order, candidates[self._best(r, order, front, candidates, explores=False)]
+
+    def _owed(self) -> tuple[int, Floats] | None:
+        """Return an order whose twin has a better arm by far, and that arm, if the order has not tried it."""
+        for order in np.flatnonzero(self._behind > APART).tolist():
+            other = self.archives[self._twin[order]].front
+            best = max(self._extremes, key=lambda k: float(other.gains[other.best(k), k]))
+            point = other.arms[other.best(best)]
+            if not self.archives[order].tried(self._region.features(point[None])[0]):
+                return order, point
+        return None
 
     def _candidates(self, state: np.uint64, r: _Stream, order: int) -> Floats:
         """Return points: anywhere; good ones of other orders; and changed ones of its own front."""
