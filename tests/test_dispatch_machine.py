@@ -31,6 +31,7 @@ from mobo_core.coordination.leases import Dispatch, Verdict
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, Trial, decode, encode
 from mobo_core.search.study import StudySettings
+from mobo_core.verify.history import History
 
 NAMES = ["a", "b", "c"]
 SLOTS = {"a": 1, "b": 2, "c": 3, "healer": 2}
@@ -419,6 +420,9 @@ class AnyMessages(RuleBasedStateMachine):
             assert study.repeated == [] and study.faults == []
             assert sorted(study.trials) == list(range(N_TRIALS))
             assert values(self.bag) == quiet_values()
+            history = History(study)
+            history.replay()
+            assert history.faults == []  # whatever happened, an honest bag is no lie
         finally:
             shutil.rmtree(self.folder)
 

@@ -15,6 +15,7 @@ from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, Trial, decode, encode
 from mobo_core.search.study import StudySettings
+from mobo_core.verify.history import History
 
 N, TIMEOUT_S = 12, 600.0
 SETTINGS = {**QUICK, "in_flight": 3}
@@ -69,6 +70,9 @@ class Story:
                 self.answer(self.sent.pop(0))
         assert self.optimizer.done
         self.store.close()
+        history = History(read_study(self.bag))
+        history.replay()
+        assert history.faults == []
 
 
 def exhausted(story: Story, how: str) -> tuple[Candidate, Candidate]:

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from mobo_core.bag.files import bag_files
-from mobo_core.bag.reader import Entry, FileContent, entries, first_record, read_bag, read_record, stream
+from mobo_core.bag.reader import Entry, FileContent, first_record, read_bag, read_record, stream
 from mobo_core.bag.record import StudyRecord, settings_of
 from mobo_core.bag.validity import is_good
 from mobo_core.messages import (
@@ -54,8 +54,13 @@ def study_from(contents: list[FileContent], path: Path) -> StudyRecord:
     first = first_record(contents)
     study = StudyRecord(path, first.get("study", ""), settings_of(first, str(path)), first, contents=contents)
     collector = Collector(study)
-    for entry in entries(contents):
-        collector.add(entry)
+    for content in contents:
+        at = 0
+        for number, entry in enumerate(content.entries):
+            while at < len(content.sessions) - 1 and content.sessions[at + 1][0] <= number:
+                at += 1
+            record = content.sessions[at][1] if content.sessions else {}
+            study.messages.append((record, entry, collector.add(entry)))
     return study
 
 
@@ -82,11 +87,10 @@ class Collector:
     def __init__(self, study: StudyRecord, *, lean: bool = False) -> None:
         self._study, self._lean = study, lean
         self._sent: dict[int, set[tuple[int, str]]] = {}  # of the trials not told
-        self._answered: dict[int, bool] = {}  # trial -> whether its first valid answer carries values
         self._urdfs: dict[int, str] = {}
 
-    def add(self, entry: Entry) -> None:
-        """Take the next message."""
+    def add(self, entry: Entry) -> Message | None:
+        """Take the next message, and return it; None if it is none of mobo's."""
         study, message = self._study, message_of(entry)
         match message:
             case Candidate():
@@ -95,18 +99,13 @@ class Collector:
                     self._strip(message)
                 study.candidates.append(message)
             case Evaluation():
+                # What came before it was asked for counted for nothing, and shall not count now.
                 sent = (message.attempt, message.evaluator) in self._sent.get(message.trial, ())
-                if sent and message.trial not in self._answered:
-                    good = is_good(message, study.settings)
-                    if good or message.status == Evaluation.REJECTED:
-                        self._answered[message.trial] = good
-                if not (self._lean and message.trial in study.trials):
+                if sent or not self._lean:
                     study.evaluations.append(message)
             case Trial():
                 self._add_trial(message)
             case Command():
-                if message.command == "enqueue" and message.trial in self._sent:
-                    study.belated.append(message.trial)
                 study.commands.append(message)
             case EvaluatorStatus():
                 study.evaluators.append(message)
@@ -114,6 +113,7 @@ class Collector:
                 study.n_trials = int(message.n_trials)
             case _:
                 pass
+        return message
 
     def _strip(self, candidate: Candidate) -> None:
         """Keep of a candidate what a study needs to go on."""
@@ -128,13 +128,10 @@ class Collector:
         if number in study.trials:
             study.repeated.append(number)
         study.trials.setdefault(number, trial)
-        if trial.state != Trial.COMPLETE and self._answered.get(number):
-            study.denied.add(number)
         if not self._lean:
             return
         trial.header, trial.study, trial.evaluator = _NO_HEADER, sys.intern(trial.study), sys.intern(trial.evaluator)
         self._sent.pop(number, None)
-        self._answered.pop(number, None)
         urdf = self._urdfs.pop(number, "")
         told = [evaluation for evaluation in study.evaluations if evaluation.trial == number]
         if told:

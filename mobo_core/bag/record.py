@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from mobo_core.bag.reader import FileContent
+from mobo_core.bag.reader import Entry, FileContent
 from mobo_core.bag.validity import is_good
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
@@ -20,6 +20,7 @@ from mobo_core.messages import (
     Command,
     Evaluation,
     EvaluatorStatus,
+    Message,
     Trial,
 )
 from mobo_core.search.study import StudySettings
@@ -106,8 +107,8 @@ class StudyRecord:
         evaluators: joins, leaves and losses.
         trials: trial number -> Trial; the first record of it.
         repeated: numbers of trials that were told more than once.
-        denied: numbers of trials told as failed although their first valid answer was good.
-        belated: numbers of trials enqueued after they had been sent out.
+        messages: all in their order, each with the record of its session and as the bag holds it; None for what is
+            none of mobo's. Empty in :func:`past_study`.
         contents: the files.
         n_trials: the total that its last session was to reach; 0 if no session says.
         best: Evaluation and URDF of the trial of the highest reach; of :func:`past_study` only.
@@ -123,8 +124,7 @@ class StudyRecord:
     evaluators: list[EvaluatorStatus] = field(default_factory=list)
     trials: dict[int, Trial] = field(default_factory=dict)
     repeated: list[int] = field(default_factory=list)
-    denied: set[int] = field(default_factory=set)
-    belated: list[int] = field(default_factory=list)
+    messages: list[tuple[dict[str, str], Entry, Message | None]] = field(default_factory=list)
     contents: list[FileContent] = field(default_factory=list)
     n_trials: int = 0
     best: tuple[Evaluation, str] | None = None

@@ -9,6 +9,7 @@ import sys
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import read_with_notice
 from mobo_core.errors import InputError
+from mobo_core.verify.fault import Fault
 
 _MOST_SHOWN = 20
 
@@ -18,8 +19,9 @@ def add(verbs: Verbs) -> None:
     parser = verbs.add_parser(
         "verify",
         help="make a recorded study again and compare, to the bit",
-        description="Check a bag: every URDF by xacro, every design by the sampler, every evaluation by the "
-        "kernel, every told value, every trial told once. Exit code 1 names trial and field of what differs.",
+        description="Check a bag: its files and the order of its messages, every URDF by xacro, every design by the\n"
+        "sampler, every answer by the study's engine, every trial told once, from the answer that counted, and what\n"
+        "was told as failed. Exit code 1 names trial and field of what differs.",
         epilog="examples:\n  mobo verify bags/first\n  mobo verify bags/first --sample 20",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -47,6 +49,9 @@ def run(args: argparse.Namespace) -> int:
         print(f"{args.bag}: {fault}", file=sys.stderr)
     if len(found.faults) > _MOST_SHOWN:
         print(f"{args.bag}: and {len(found.faults) - _MOST_SHOWN} more", file=sys.stderr)
+    if remedy := _remedy(found.faults):
+        command = f"mobo bag cut {args.bag} --before {remedy}"
+        print(f"{args.bag}: {command} keeps what came before; resume asks anew from there", file=sys.stderr)
     if found.faults and found.other_versions:
         others = ", ".join(f"{name} {old} (here {new})" for name, (old, new) in found.other_versions.items())
         print(f"{args.bag}: recorded with {others}", file=sys.stderr)
@@ -55,4 +60,12 @@ def run(args: argparse.Namespace) -> int:
         f"{found.candidates} candidates, "
         f"{found.designs} designs asked again, {found.evaluations} evaluations made again"
     )
+    for note in found.notes:
+        print(note)
     return 1 if found.faults else 0
+
+
+def _remedy(faults: list[Fault]) -> int | None:
+    """Return the first trial at fault, if it is trials that are and not files."""
+    trials = [fault.trial for fault in faults]
+    return min(trials) if trials and min(trials) > 0 else None

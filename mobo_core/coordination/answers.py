@@ -12,6 +12,7 @@ from mobo_core.search.study import StudySettings
 MAX_WORKERS = 10_000
 MAX_HEARTBEAT_BYTES = 1_000_000
 MAX_NAME = 255
+MAX_REASON = 2000
 
 
 def claim_of(evaluation: Evaluation, settings: StudySettings) -> tuple[Dispatch, bool, str]:
@@ -20,6 +21,13 @@ def claim_of(evaluation: Evaluation, settings: StudySettings) -> tuple[Dispatch,
     fault = evaluation_fault(evaluation, settings.spec.n_voxels, settings.objectives) if answered else ""
     ok = not fault and evaluation.status in (Evaluation.OK, Evaluation.REJECTED)
     return Dispatch(evaluation.trial, evaluation.attempt, evaluation.evaluator), ok, fault
+
+
+def failure_reason(evaluation: Evaluation, settings: StudySettings) -> str:
+    """Return why a trial fails whose answer that is, as its record says it."""
+    _, ok, fault = claim_of(evaluation, settings)
+    reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
+    return (f"rejected: {reason}" if ok else reason)[:MAX_REASON]
 
 
 def read_heartbeat(data: bytes) -> EvaluatorStatus:

@@ -11,7 +11,7 @@ import numpy as np
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.admission import Admission
-from mobo_core.coordination.answers import claim_of, read_heartbeat
+from mobo_core.coordination.answers import claim_of, failure_reason, read_heartbeat
 from mobo_core.coordination.control import Controls
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.leases import Dispatch, Verdict
@@ -260,17 +260,15 @@ class Optimizer:
 
     def _judge(self, evaluation: Evaluation, now: float, *, overdue: bool = False) -> bool:
         """Let the dispatcher judge an answer; return whether it changed anything."""
-        dispatch, ok, fault = claim_of(evaluation, self.settings)
+        dispatch, ok, _ = claim_of(evaluation, self.settings)
         unable = evaluation.status == Evaluation.FAILED and evaluation.reason.startswith(UNABLE)
         verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable, overdue=overdue)
-        reason = (fault and f"invalid answer: {fault}") or evaluation.reason or "failed without a reason"
-        if verdict is Verdict.ACCEPTED:
-            failed = evaluation.status == Evaluation.REJECTED
-            self._progress.answer(evaluation, f"rejected: {reason}" if failed else "")
-        elif verdict is Verdict.EXHAUSTED:
+        good = ok and evaluation.status == Evaluation.OK
+        reason = "" if good else failure_reason(evaluation, self.settings)
+        if verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED):
             self._progress.answer(evaluation, reason)
         elif verdict is Verdict.RETRY:
-            self._warn(f"trial {dispatch.trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason[:2000]}")
+            self._warn(f"trial {dispatch.trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason}")
         return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
 
     def _time_out(self, dispatch: Dispatch, now: float) -> None:

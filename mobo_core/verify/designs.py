@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
 
 from mobo_core.bag.record import StudyRecord
@@ -25,6 +26,9 @@ def check_designs(study: StudyRecord, n: int) -> Iterator[Fault | None]:
                 yield Fault(number, "design", f"asked before trial {len(again.told)} was told")
                 return
             values = values_of(told, objectives) if told.state == Trial.COMPLETE else None
+            if values is not None and not all(map(math.isfinite, values)):
+                yield Fault(told.trial, "reach", f"told {values}, which are no values")
+                return
             again.tell(Told(len(again.told), values))
         candidate = study.candidate_of(number)
         if candidate is None:
@@ -39,7 +43,7 @@ def check_designs(study: StudyRecord, n: int) -> Iterator[Fault | None]:
             return
         try:
             recorded = json.loads(candidate.params_json)
-        except ValueError:
+        except (ValueError, RecursionError):
             recorded = None
         if recorded != asked.params:
             # What follows would be compared with other trials than the recording's.
