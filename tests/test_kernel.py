@@ -19,10 +19,12 @@ from hypothesis import strategies as st
 from mobo_core.evaluation import EvaluationSpec
 from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
 from mobo_core.evaluation.evaluate import Configurations, Result, evaluate
+from mobo_core.evaluation.kernel.arguments import lane_constants
 from mobo_core.evaluation.kernel.configuration import DAMPING_FLOOR, DAMPING_GAIN, MAX_STEP
 from mobo_core.evaluation.kernel.geometry import any_pair_collides, place_capsules, segment_distance_squared
-from mobo_core.evaluation.kernel.lanes import LANES, lane_jacobian_source
+from mobo_core.evaluation.kernel.lanes import lane_jacobian_source, lane_step_source, state_size
 from mobo_core.evaluation.kernel.load import kernel
+from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.reference import tool_error as reference_tool_error
 from mobo_core.jit.numerics import target_rotation
@@ -131,23 +133,21 @@ class Lanes:
         self._chain = chain
         self.q = np.zeros((LANES, n))
         self.target_r, self.target_p = np.tile(np.eye(3), (LANES, 1, 1)), np.zeros((LANES, 3))
-        self._constants = np.empty((n + 1, 12))
-        for i in range(n):
-            self._constants[i] = [*chain.placement_r[i].ravel(), *chain.placement_p[i]]
-        self._constants[n] = [*chain.tip_r.ravel(), *chain.tip_p]
+        self.constants = lane_constants(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
 
     def step(
         self, position_tolerance: float = 0.0, rotation_tolerance: float = 0.0, weight: float = 1.0
     ) -> tuple[Array, Array, Array]:
         """Return the configurations after one step, and the squared norms of the errors before it."""
         rows = [self.q, self.target_r.reshape(LANES, 9), self.target_p, np.full((LANES, 2), np.nan)]
-        state = np.ascontiguousarray(np.hstack(rows).T).ravel()
+        state = np.zeros(state_size(self.n))
+        state[: (self.n + 14) * LANES] = np.hstack(rows).T.ravel()
         chain = self._chain
         kernel(chain.n).lane_step(
-            state, self._constants, chain.lower, chain.upper, weight, position_tolerance**2, rotation_tolerance**2
+            state, self.constants, chain.lower, chain.upper, weight, position_tolerance**2, rotation_tolerance**2
         )
-        after = state.reshape(self.n + 14, LANES)
-        return after[: self.n].T.copy(), after[-2].copy(), after[-1].copy()
+        after = state.reshape(-1, LANES)
+        return after[: self.n].T.copy(), after[self.n + 12].copy(), after[self.n + 13].copy()
 
 
 def lanes_of(chain: Chain, seed: int, at_limits: float = 0.2) -> Lanes:
@@ -206,6 +206,31 @@ def test_lanes_do_not_depend_on_each_other(chain: Chain, seed: int, order: list[
     for found, wanted in zip(moved.step(), expected, strict=True):
         for here, there in enumerate(order[: LANES // 2]):
             assert found[there].tobytes() == wanted[here].tobytes()
+
+
+@given(st.sampled_from(sorted(LENGTHS)), st.integers(0, 10**6), st.sampled_from([1.0, 12.0]))
+def test_products_left_out_change_no_bit(joints: str, seed: int, weight: float) -> None:
+    """Where all frames are parallel at zero the shorter way gives, to the bit, what the way for any arm gives."""
+    lanes, general = lanes_of(CHAINS[joints], seed), lanes_of(CHAINS[joints], seed)
+    assert lanes.constants[:, 12].all()
+    general.constants[:, 12:] = 0.0
+    for found, wanted in zip(lanes.step(weight=weight), general.step(weight=weight), strict=True):
+        assert found.tobytes() == wanted.tobytes()
+
+
+def test_parallel_frames() -> None:
+    """The shorter way takes only frames parallel at zero, axes along x, y or z and links along z."""
+    chain = CHAINS["PRRYPY"]
+    given = (chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
+    constants = lane_constants(*given)
+    assert constants[:, 12].tolist() == [2, 1, 1, 3, 2, 3, 4]
+    assert constants[:, 13].tolist() == [0.0, *LENGTHS["PRRYPY"]]
+    for k in range(4):
+        moved = [part.copy() for part in given]
+        moved[k].ravel()[:] += 1e-12
+        assert not lane_constants(*moved)[:, 12:].any()
+    for other in (CHAINS["handed"], CHAINS["random"]):
+        assert not lane_constants(other.placement_r, other.placement_p, other.tip_r, other.tip_p)[:, 12:].any()
 
 
 @given(any_chain, st.integers(0, 10**6), st.floats(0, math.pi))
@@ -497,13 +522,14 @@ def test_arms_of_one_joint(joints: str) -> None:
 @pytest.mark.parametrize("n", [6, 7])
 def test_jacobian(n: int) -> None:
     """The Jacobian within the kernel's step is Pinocchio's to 1e-12, at any configuration."""
-    names: dict[str, object] = {}
-    exec("import math\nimport numpy as np\n" + lane_jacobian_source(n), names)
+    names: dict[str, object] = {"compiled": lambda function: function}
+    exec("import math\nimport numpy as np\n" + lane_step_source(n) + lane_jacobian_source(n), names)
     chain = next(chain for chain in CHAINS.values() if chain.n == n)
     lanes = lanes_of(chain, 5)
-    state = np.vstack([lanes.q.T, np.zeros((14, LANES))]).ravel()
+    state = np.zeros(state_size(n))
+    state[: n * LANES] = lanes.q.T.ravel()
     out = np.empty(n * 6 * LANES)
-    names["lane_jacobian"](state, lanes._constants, 1.0, out)  # type: ignore[operator]
+    names["lane_jacobian"](state, lanes.constants, 1.0, out)  # type: ignore[operator]
     rows = out.reshape(n, 6, LANES)
     model = ReferenceModel(chain)
     for lane in range(LANES):

@@ -9,7 +9,7 @@ import numpy as np
 
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.kernel.arguments import Arm, Outputs, Question, Starts, Table
+from mobo_core.evaluation.kernel.arguments import Arm, Outputs, Question, Starts, Table, lane_constants
 from mobo_core.evaluation.kernel.load import kernel
 from mobo_core.evaluation.kernel.starts import no_table
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -58,9 +58,7 @@ def kernel_call(
     """Return the function that evaluates a range of voxels, and the seconds its preparation took."""
     compiled = kernel(chain.n)
     began = time.perf_counter()
-    constants = np.empty((chain.n + 1, 12))
-    constants[:-1, :9], constants[:-1, 9:] = chain.placement_r.reshape(-1, 9), chain.placement_p
-    constants[-1, :9], constants[-1, 9:] = chain.tip_r.ravel(), chain.tip_p
+    constants = lane_constants(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
     arm = Arm(
         chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, constants, chain.lower, chain.upper,
         chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,

@@ -10,12 +10,14 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+# What stands for the tip where joints have the number of their axis.
+TIP = 4.0
+
 
 class Arm(NamedTuple):
     """A :class:`mobo_core.evaluation.chain.Chain` without names and libraries.
 
-    ``constants`` (n + 1, 12) holds rotation (row by row) and position (m) of each joint in the one before, and of
-    the tip in the last, as ``lane_step`` takes them.
+    ``constants`` are those of :func:`lane_constants`.
     """
 
     placement_r: Floats
@@ -33,6 +35,30 @@ class Arm(NamedTuple):
     capsule_b: Floats
     capsule_radius: Floats
     pairs: Ints
+
+
+def lane_constants(placement_r: Floats, placement_p: Floats, tip_r: Floats, tip_p: Floats) -> Floats:
+    """Return a chain's placements as ``lane_step`` takes them, (n + 1, 14), a row a joint and one for the tip.
+
+    Each row holds rotation (row by row) and position (m) in the joint before, and two numbers more. If, with all
+    joints at zero, each turns about x, y or z of the base and each place lies above the one before, then these are
+    1, 2 or 3 for the axis (TIP for the tip), and the way along z in m. Otherwise they are 0.
+    """
+    constants = np.zeros((len(placement_p) + 1, 14))
+    constants[:-1, :9], constants[:-1, 9:12] = placement_r.reshape(-1, 9), placement_p
+    constants[-1, :9], constants[-1, 9:12] = tip_r.ravel(), tip_p
+    frame = np.eye(3)
+    parallel = np.zeros((len(constants), 2))
+    for i, row in enumerate(constants):
+        x, y, parallel[i, 1] = frame @ row[9:12]
+        frame = frame @ row[:9].reshape(3, 3)
+        if x != 0.0 or y != 0.0 or not np.isin(frame, (-1.0, 0.0, 1.0)).all() or frame[:, 2].min() < 0.0:
+            return constants
+        parallel[i, 0] = 1.0 + frame[:, 2].argmax()
+    if np.array_equal(frame, np.eye(3)):
+        parallel[-1, 0] = TIP
+        constants[:, 12:] = parallel
+    return constants
 
 
 class Starts(NamedTuple):

@@ -29,7 +29,6 @@ from mobo_core.evaluation.kernel.evidence import (
     worth,
 )
 from mobo_core.evaluation.kernel.geometry import any_near_pair_collides
-from mobo_core.evaluation.kernel.lanes import LANES
 from mobo_core.evaluation.kernel.near import (
     GROUPS,
     MOST,
@@ -42,8 +41,9 @@ from mobo_core.evaluation.kernel.near import (
     gather,
     leave_out,
 )
+from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import WEIGHT
-from mobo_core.evaluation.kernel.sweep import lane_step
+from mobo_core.evaluation.kernel.sweep import lane_state, lane_step
 from mobo_core.jit.numerics import random_start, target_rotation
 
 
@@ -73,7 +73,7 @@ def evaluate_voxels_complete(arm, table, question, first, last, out):
     blocks, n_blocks = np.empty((MOST // GROUPS + 1) * (ROWS * GROUPS), np.float32), 0
     near, near_codes = np.empty(MOST + GROUPS, np.int64), np.empty(MOST + GROUPS, np.int64)
     keys, codes = np.empty((LANES, GROUPS), np.int64), np.empty((LANES, GROUPS), np.int64)
-    state = np.zeros((n + 14) * LANES)
+    state = lane_state()
     lane_row, lane_pose, lane_key = np.full(LANES, -1), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     lane_attempt, lane_iteration = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     lane_blind = np.zeros(LANES, np.int64)  # blind attempts to come once the search is over

@@ -1,124 +1,116 @@
 """Writes the innermost functions of the kernel: one IK step for a row of poses at once, as straight-line code.
 
-A loop over poses ("lanes") whose body has no branch, no inner loop and no array but one is what LLVM turns into
-vector instructions throughout. Loops over joints would prevent that, so the body is written out here for a
+Loops over poses ("lanes") whose body has no branch, no inner loop and no array but one are what LLVM turns into
+vector instructions throughout. Loops over joints would prevent that, so bodies are written out here for a
 given number of joints: some 1,000 assignments to local variables, never read by people. It is the same
 algorithm as :mod:`mobo_core.evaluation.reference`, and gives the same bits whatever the width of the vectors,
 because each lane is computed on its own and nothing is reordered.
+
+A processor looks ahead a few hundred instructions, less than a step of one vector has. So a step is several short
+loops, each over all lanes, whose iterations it can overlap; what they leave to each other are rows of ``state``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 
 from mobo_core.evaluation.kernel.configuration import DAMPING_FLOOR, DAMPING_GAIN, HALF_TURN, MAX_STEP
-from mobo_core.jit.numerics import COS_TERMS, HALF_PI_PARTS, SIN_TERMS, TWO_OVER_PI
-
-LANES = 16
+from mobo_core.evaluation.kernel.places import lane_places_source
+from mobo_core.evaluation.kernel.rows import LANES, MATRIX, Rows, at, function, halves, lanes, load, store
 
 _AXES = "xyz"
 _ERROR = ("ex", "ey", "ez", "sx", "sy", "sz")
+_FRAME = [f"b{r}{c}" for r in range(3) for c in range(3)]
+_JACOBIAN = [f"j{a}" for a in range(6)]
+_ENTRIES = [f"m{a}{b}" for a, b in MATRIX]
+
+
+def state_size(n: int) -> int:
+    """Return how many numbers ``state`` has for ``n`` joints."""
+    return Rows(n).end * LANES
 
 
 def lane_step_source(n: int) -> str:
     """Return the source of ``lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)``.
 
-    ``state`` is flat, its rows of LANES numbers being: n joint angles (rad); 9 of the target's rotation, row
-    by row, and 3 of its position (m); the squared norms of the errors of position and orientation, which the
-    step writes. ``constants`` (n + 1, 12) holds rotation and position of each joint in the one before, and
-    of the tip in the last. ``weight`` is what an error of 1 m counts against one of 1 rad. Angles of lanes
-    within both tolerances stay as they are.
+    ``state`` is flat, :func:`state_size` numbers, best at a multiple of 64 bytes. Its rows of LANES numbers are: n
+    joint angles (rad); 9 of the target's rotation, row by row, and 3 of its position (m); the squared norms of the
+    errors of position and orientation, which the step writes; then work space. ``constants`` are those of
+    :func:`mobo_core.evaluation.kernel.arguments.lane_constants`. ``weight`` is what an error of 1 m counts against
+    one of 1 rad. Angles of lanes within both tolerances stay as they are.
     """
+    rows = Rows(n)
     limits = [f"lower{i}, upper{i} = lower[{i}], upper[{i}]" for i in range(n)]
-    head = "lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)"
-    return _function(head, n, limits, _body(n))
+    linearise = [*limits, *lanes(_errors(rows)), *halves(_slopes(rows, n)), *lanes(_matrix(rows, n))]
+    step = [
+        "lane_places(state, constants)",
+        "lane_linearise(state, lower, upper, weight)",
+        "lane_move(state, lower, upper, e_position_max, e_rotation_max)",
+    ]
+    functions = (
+        lane_places_source(n),
+        function("lane_linearise(state, lower, upper, weight)", linearise),
+        function(step[-1], [*limits, *halves(_solve(rows)), *halves(_move(rows, n))]),
+        function("lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)", step),
+    )
+    return "\n\n".join(functions)
 
 
 def lane_forward_source(n: int) -> str:
     """Return the source of ``lane_forward(state, constants)``: where the tip is at a row of configurations.
 
-    ``state`` and ``constants`` as for ``lane_step``; the tip's rotation and position go where that has the
-    target's.
+    ``state`` and ``constants`` as for ``lane_step``, whose source is to come before; the tip's rotation and position
+    go where that has the target's.
     """
-    lines = [f"q{i} = {_row(i)}" for i in range(n)] + list(_forward(n))
-    lines += [f"{_row(n + 3 * r + c)} = b{r}{c}" for r in range(3) for c in range(3)]
-    lines += [f"{_row(n + 9 + r)} = {axis}" for r, axis in enumerate(_AXES)]
-    return _function("lane_forward(state, constants)", n, [], lines)
+    rows = Rows(n)
+    copy = [*_tip(rows), *store([*_FRAME, *_AXES], rows.target_r)]
+    return function("lane_forward(state, constants)", ["lane_places(state, constants)", *lanes(copy)])
 
 
 def lane_jacobian_source(n: int) -> str:
     """Return the source of ``lane_jacobian(state, constants, weight, out)``, which tests hold against Pinocchio.
 
-    ``out`` gets n * 6 rows of LANES numbers: the Jacobian of the tip as ``lane_step`` has it.
+    ``out`` gets n * 6 rows of LANES numbers: the Jacobian of the tip as ``lane_step`` has it, whose source is to come
+    before.
     """
-    lines = [f"q{i} = {_row(i)}" for i in range(n)] + list(_forward(n))
+    rows = Rows(n)
+    lines = list(_tip(rows))
     for i in range(n):
-        lines += _jacobian_row(i)
-        lines += [f"out[{(6 * i + a) * LANES} + lane] = j{i}{a}" for a in range(6)]
-    return _function("lane_jacobian(state, constants, weight, out)", n, [], lines)
+        lines += _jacobian_row(rows, i)
+        lines += [f"out[{(6 * i + a) * LANES} + lane] = j{a}" for a in range(6)]
+    return function("lane_jacobian(state, constants, weight, out)", ["lane_places(state, constants)", *lanes(lines)])
 
 
-def _function(head: str, n: int, before: list[str], body: Iterable[str]) -> str:
-    constants = [f"c{i}_{k} = constants[{i}, {k}]" for i in range(n + 1) for k in range(12)]
-    loop = [f"for lane in range({LANES}):", *(f"    {line}" for line in body)]
-    return "\n".join([f"def {head}:", *(f"    {line}" for line in (*constants, *before, *loop))]) + "\n"
+def _tip(rows: Rows) -> Iterator[str]:
+    yield from load(_FRAME, rows.frame)
+    yield from load(_AXES, rows.tip)
 
 
-def _row(row: int) -> str:
-    return f"state[{row * LANES} + lane]"
-
-
-def _body(n: int) -> Iterator[str]:
+def _slopes(rows: Rows, n: int) -> Iterator[str]:
+    """Jacobian J."""
+    yield from load(_AXES, rows.tip)
+    yield from load(_ERROR, rows.error)
     for i in range(n):
-        yield f"q{i} = {_row(i)}"
-    yield from _forward(n)
-    yield from _errors(n)
+        yield from _jacobian_row(rows, i)
+        yield from _freeze(rows, i)
+        yield from store(_JACOBIAN, rows.jacobian + 6 * i)
+
+
+def _matrix(rows: Rows, n: int) -> Iterator[str]:
+    """J J^T + damping I."""
     for i in range(n):
-        yield from _jacobian_row(i)
-        yield from _freeze(i)
-    yield from _solve(n)
-    yield from _move(n)
+        yield from load(_JACOBIAN, rows.jacobian + 6 * i)
+        for a, b in MATRIX:
+            yield f"m{a}{b} = " + (f"m{a}{b} + " if i else "") + f"j{a} * j{b}"
+    yield from load(["damping"], rows.damping)
+    yield from (f"m{a}{a} = m{a}{a} + damping" for a in range(6))
+    yield from store(_ENTRIES, rows.matrix)
 
 
-def _forward(n: int) -> Iterator[str]:
-    """Rotation a.. and origin x, y, z of each joint; b.. before the joint turns, at last of the tip."""
-    for i in range(n + 1):
-        if i == 0:
-            yield "x, y, z = c0_9, c0_10, c0_11"
-            yield from (f"b{r}{c} = c0_{3 * r + c}" for r in range(3) for c in range(3))
-        else:
-            for r, axis in enumerate(_AXES):
-                yield f"{axis} = {axis} + (a{r}0 * c{i}_9 + a{r}1 * c{i}_10 + a{r}2 * c{i}_11)"
-            for r in range(3):
-                for c in range(3):
-                    yield f"b{r}{c} = a{r}0 * c{i}_{c} + a{r}1 * c{i}_{3 + c} + a{r}2 * c{i}_{6 + c}"
-        if i == n:
-            return
-        yield from _sin_cos(f"q{i}")
-        for r in range(3):
-            yield f"a{r}0, a{r}1, a{r}2 = b{r}0 * c + b{r}1 * s, b{r}1 * c - b{r}0 * s, b{r}2"
-        yield f"zx{i}, zy{i}, zz{i}, ox{i}, oy{i}, oz{i} = a02, a12, a22, x, y, z"
-
-
-def _sin_cos(angle: str) -> Iterator[str]:
-    """As :func:`mobo_core.jit.numerics.sin_cos`, without a branch."""
-    yield f"k = math.floor({angle} * {TWO_OVER_PI!r} + 0.5)"
-    one, two, three = HALF_PI_PARTS
-    yield f"r = (({angle} - k * {one!r}) - k * {two!r}) - k * {three!r}"
-    yield "t = r * r"
-    for name, terms in (("p", SIN_TERMS), ("u", COS_TERMS)):
-        yield f"{name} = {terms[0]!r}"
-        yield from (f"{name} = {name} * t + {term!r}" for term in terms[1:])
-    yield "p, u = r + r * t * p, 1.0 + t * u"
-    yield "quarter = np.int32(k)"
-    yield "s, c = (u if quarter & 1 else p), (p if quarter & 1 else u)"
-    yield "s, c = (-s if quarter & 2 else s), (-c if (quarter + 1) & 2 else c)"
-
-
-def _errors(n: int) -> Iterator[str]:
-    for r in range(3):
-        yield from (f"t{r}{c} = {_row(n + 3 * r + c)}" for c in range(3))
-        yield f"e{_AXES[r]} = {_row(n + 9 + r)} - {_AXES[r]}"
+def _errors(rows: Rows) -> Iterator[str]:
+    yield from _tip(rows)
+    yield from load((f"t{r}{c}" for r in range(3) for c in range(3)), rows.target_r)
+    yield from (f"e{axis} = {at(rows.target_p + r)} - {axis}" for r, axis in enumerate(_AXES))
     for r, axis in enumerate(_AXES):
         u, v = (r + 1) % 3, (r + 2) % 3
         yield f"s{axis} = " + " + ".join(f"(b{u}{c} * t{v}{c} - b{v}{c} * t{u}{c})" for c in range(3))
@@ -128,35 +120,34 @@ def _errors(n: int) -> Iterator[str]:
     yield "sx, sy, sz = f * sx, f * sy, f * sz"
     yield "e_position = ex * ex + ey * ey + ez * ez"
     yield f"e_rotation = (sx * sx + sy * sy + sz * sz) if g > {HALF_TURN!r} else 3.0 - trace"
+    yield f"damping = {DAMPING_FLOOR!r} + {DAMPING_GAIN!r} * (weight * weight * e_position + e_rotation)"
     yield "ex, ey, ez = weight * ex, weight * ey, weight * ez"
-    yield f"{_row(n + 12)} = e_position"
-    yield f"{_row(n + 13)} = e_rotation"
+    yield from store(("e_position", "e_rotation"), rows.errors)
+    yield from store([*_ERROR, "damping"], rows.error)
 
 
-def _jacobian_row(i: int) -> Iterator[str]:
+def _jacobian_row(rows: Rows, i: int) -> Iterator[str]:
     """Row i of the Jacobian of the tip: axis x (tip - origin), weighed, and axis."""
-    yield f"dx, dy, dz = x - ox{i}, y - oy{i}, z - oz{i}"
+    yield from load((f"z{axis}" for axis in _AXES), rows.axis + 3 * i)
+    yield from (f"d{axis} = {axis} - {at(rows.origin + 3 * i + r)}" for r, axis in enumerate(_AXES))
     for r, axis in enumerate(_AXES):
         u, v = _AXES[(r + 1) % 3], _AXES[(r + 2) % 3]
-        yield f"j{i}{r} = weight * (z{u}{i} * d{v} - z{v}{i} * d{u})"
-        yield f"j{i}{r + 3} = z{axis}{i}"
+        yield f"j{r} = weight * (z{u} * d{v} - z{v} * d{u})"
+        yield f"j{r + 3} = z{axis}"
 
 
-def _freeze(i: int) -> Iterator[str]:
+def _freeze(rows: Rows, i: int) -> Iterator[str]:
     """Make row i zero if the joint is at a limit which the gradient pushes it against."""
-    yield "g = " + " + ".join(f"j{i}{a} * {e}" for a, e in enumerate(_ERROR))
-    yield f"frozen = (q{i} <= lower{i} and g < 0.0) or (q{i} >= upper{i} and g > 0.0)"
-    yield "free = 0.0 if frozen else 1.0"
-    yield from (f"j{i}{a} = j{i}{a} * free" for a in range(6))
+    yield f"q = {at(rows.q + i)}"
+    yield "g = " + " + ".join(f"j{a} * {e}" for a, e in enumerate(_ERROR))
+    yield f"frozen = ((q <= lower{i}) & (g < 0.0)) | ((q >= upper{i}) & (g > 0.0))"
+    yield f"if frozen: {' = '.join(f'j{a}' for a in range(6))} = 0.0"
 
 
-def _solve(n: int) -> Iterator[str]:
+def _solve(rows: Rows) -> Iterator[str]:
     """Solve (J J^T + damping I) y = error by Cholesky's method."""
-    yield f"damping = {DAMPING_FLOOR!r} + {DAMPING_GAIN!r} * (weight * weight * e_position + e_rotation)"
-    for a in range(6):
-        for b in range(a + 1):
-            yield f"m{a}{b} = " + " + ".join(f"j{i}{a} * j{i}{b}" for i in range(n))
-        yield f"m{a}{a} = m{a}{a} + damping"
+    yield from load(_ENTRIES, rows.matrix)
+    yield from load(_ERROR, rows.error)
     for b in range(6):
         yield from (f"m{b}{b} = m{b}{b} - m{b}{k} * m{b}{k}" for k in range(b))
         yield f"v{b} = 1.0 / math.sqrt(m{b}{b})"
@@ -167,16 +158,19 @@ def _solve(n: int) -> Iterator[str]:
         yield f"y{a} = ({_ERROR[a]}{''.join(f' - m{a}{k} * y{k}' for k in range(a))}) * v{a}"
     for a in range(5, -1, -1):
         yield f"y{a} = (y{a}{''.join(f' - m{k}{a} * y{k}' for k in range(a + 1, 6))}) * v{a}"
+    yield from store((f"y{a}" for a in range(6)), rows.error)
 
 
-def _move(n: int) -> Iterator[str]:
+def _move(rows: Rows, n: int) -> Iterator[str]:
+    yield from load((f"y{a}" for a in range(6)), rows.error)
+    yield from load(("e_position", "e_rotation"), rows.errors)
     yield f"largest = {MAX_STEP!r}"
     for i in range(n):
-        yield f"d{i} = " + " + ".join(f"j{i}{a} * y{a}" for a in range(6))
+        yield f"d{i} = " + " + ".join(f"{at(rows.jacobian + 6 * i + a)} * y{a}" for a in range(6))
         yield f"largest = max(largest, abs(d{i}))"
-    yield "there = e_position <= e_position_max and e_rotation <= e_rotation_max"
+    yield "there = (e_position <= e_position_max) & (e_rotation <= e_rotation_max)"
     yield f"scale = 0.0 if there else {MAX_STEP!r} / largest"
     for i in range(n):
-        yield f"v = q{i} + scale * d{i}"
+        yield f"v = {at(rows.q + i)} + scale * d{i}"
         yield f"v = v if v > lower{i} else lower{i}"
-        yield f"{_row(i)} = v if v < upper{i} else upper{i}"
+        yield f"{at(rows.q + i)} = v if v < upper{i} else upper{i}"

@@ -30,6 +30,12 @@ from mobo_core.evaluation.kernel.sweep import *
 """
 
 
+# What the generated modules hold besides the lanes, in this order.
+_PARTS = (
+    sweep.lane_state, sweep.any_ends, sweep.table_tips, sweep.evaluate_voxels, complete.evaluate_voxels_complete
+)  # fmt: skip
+
+
 def is_compiled(n: int = 6) -> bool:
     """Return whether this machine holds a compiled kernel for ``n`` joints that fits."""
     return CACHE.is_complete(str(n))
@@ -63,11 +69,9 @@ def _source(n: int) -> str:
     functions = (
         lanes.lane_step_source(n),
         lanes.lane_forward_source(n),
-        inspect.getsource(sweep.table_tips),
-        inspect.getsource(sweep.evaluate_voxels),
-        inspect.getsource(complete.evaluate_voxels_complete),
+        *("@compiled\n" + inspect.getsource(part) for part in _PARTS),
     )
-    return _HEADER + "\n\n".join("@compiled\n" + function for function in functions)
+    return _HEADER + f"STATE = {lanes.state_size(n)}\n\n\n" + "\n\n".join(functions)
 
 
 def _kept(n: int, folder: Path) -> ModuleType:

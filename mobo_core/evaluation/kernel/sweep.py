@@ -20,9 +20,12 @@ from mobo_core.evaluation.kernel.configuration import (
     gravity_torque,
 )
 from mobo_core.evaluation.kernel.geometry import any_pair_collides
-from mobo_core.evaluation.kernel.lanes import LANES
+from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import BLIND, STALL_4, STALL_5, STALL_6, WEIGHT, choose_starts, gather_near
 from mobo_core.jit.numerics import random_start, target_rotation
+
+# Numbers in ``state``; the generated modules have their own.
+STATE = 0
 
 
 def lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max):
@@ -35,13 +38,20 @@ def lane_forward(state, constants):
     raise TypeError("only the compiled modules have it")
 
 
+def lane_state():
+    """Return ``state``, all zero, at a multiple of 64 bytes: vector instructions then load it twice as fast."""
+    block = np.zeros(STATE + 8)
+    first = (8 - (np.int64(block.ctypes.data) >> 3)) & 7
+    return block[first : first + STATE]
+
+
 def table_tips(constants, q, low, high, tips):
     """Write where the tip is at the rows ``low`` to ``high`` - 1 of ``q`` (m, n) into those columns of ``tips``.
 
     ``tips`` (12, m): rotation row by row, and position in m.
     """
     n = q.shape[1]
-    state = np.zeros((n + 14) * LANES)
+    state = lane_state()
     for first in range(low, high, LANES):
         count = min(LANES, high - first)
         for lane in range(count):
@@ -51,6 +61,16 @@ def table_tips(constants, q, low, high, tips):
         for k in range(12):
             for lane in range(count):
                 tips[k, first + lane] = state[(n + k) * LANES + lane]
+
+
+def any_ends(state, row, lane_iteration, e_position_max, e_rotation_max, stalls, most):
+    """Return whether any lane's attempt may be over; ``row`` is the first of the two of squared errors."""
+    ends = 0
+    for lane in range(LANES):
+        iteration = lane_iteration[lane]
+        there = (state[row * LANES + lane] <= e_position_max) & (state[(row + 1) * LANES + lane] <= e_rotation_max)
+        ends += there | (iteration >= most) | ((iteration >= stalls) & (iteration <= 6))
+    return ends > 0
 
 
 def evaluate_voxels(arm, table, question, first, last, out):
@@ -71,14 +91,17 @@ def evaluate_voxels(arm, table, question, first, last, out):
     e_position_max = question.position_tolerance * question.position_tolerance
     e_rotation_max = question.half_angle_sine * question.half_angle_sine
     beyond = arm.reach_radius + question.position_tolerance
+    most = question.iterations
     samples = table.q.shape[0]
+    # From this iteration to the 6th an attempt may be given up.
+    stalls = 4 if samples > 0 else 7
     weight = WEIGHT if samples > 0 else 1.0
     blind = BLIND if samples > 0 else 0
     # The samples near the present voxel, and the starts of each lane's pose.
     near, near_index, scores = np.empty((10, samples)), np.empty(samples, np.int64), np.empty(samples)
     n_near = 0
     starts, start_scores = np.zeros((LANES, attempts), np.int64), np.empty(attempts)
-    state = np.zeros((n + 14) * LANES)
+    state = lane_state()
     lane_row, lane_pose, lane_starts = np.full(LANES, -1), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     lane_attempt, lane_iteration = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     lane_outcome, lane_torque = np.zeros(LANES, np.int64), np.zeros(LANES)
@@ -137,6 +160,10 @@ def evaluate_voxels(arm, table, question, first, last, out):
         if active == 0:
             return
         lane_step(state, arm.constants, lower, upper, weight, e_position_max, e_rotation_max)
+        while not any_ends(state, n + 12, lane_iteration, e_position_max, e_rotation_max, stalls, most):
+            for lane in range(LANES):
+                lane_iteration[lane] += 1
+            lane_step(state, arm.constants, lower, upper, weight, e_position_max, e_rotation_max)
         for lane in range(LANES):
             at = lane_row[lane]
             if at < 0:
@@ -150,11 +177,11 @@ def evaluate_voxels(arm, table, question, first, last, out):
                 or (iteration == 5 and error > STALL_5)
                 or (iteration == 6 and error > STALL_6)
             )
-            if not there and not stalled and iteration < question.iterations:
+            if not there and not stalled and iteration < most:
                 lane_iteration[lane] += 1
-                out_effort[at, 1] += 1
                 continue
             # The attempt is over.
+            out_effort[at, 1] += iteration
             done = False
             if there:
                 for k in range(n):

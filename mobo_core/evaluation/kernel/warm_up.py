@@ -14,7 +14,7 @@ from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_
 def run(module: ModuleType, n: int) -> None:
     """Call a kernel for ``n`` joints with the types of arguments that evaluations use."""
     eye, one, up = np.eye(3), np.ones(n), np.array([0.0, 0.0, 1.0])
-    constants = np.zeros((n + 1, 12))
+    constants = np.zeros((n + 1, 14))
     samples, tips, poses = np.zeros((1, n)), np.zeros((12, 1)), np.zeros((12, 1))
     unit_samples(0, samples)
     module.table_tips(constants, samples, 0, 1, tips)
