@@ -14,6 +14,7 @@ from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, R
 from mobo_core.coordination.parameters import Parameter, help_text, parameters
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
+from mobo_core.evaluation import load_spec
 from mobo_core.search.study import StudySettings
 from mobo_core.settings import Settings
 
@@ -62,8 +63,8 @@ def test_settings_of_a_study_are_taken_over(settings: type[Settings], names: tup
 
 
 def test_defaults_make_the_default_settings() -> None:
-    """An optimizer told nothing runs the study that StudySettings() is."""
-    assert OptimizerOptions().settings() == StudySettings()
+    """An optimizer told nothing runs the study that StudySettings() is, with the IK that tells the arm from the solver."""
+    assert OptimizerOptions().settings() == StudySettings(spec=load_spec("mobo"))
     assert OptimizerOptions().folder == Path("bags/study")
 
 

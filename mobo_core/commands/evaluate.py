@@ -36,7 +36,7 @@ def add(verbs: Verbs) -> None:
     parser.add_argument("--trial", type=int, metavar="N", help="trial of the bag")
     parser.add_argument("--tip", default="", help="link that has to reach; by default the only leaf link")
     add_arm_arguments(parser)
-    parser.add_argument("--spec", help="preset (paper, paper_fine, mobo) or YAML file [paper; the trial's]")
+    parser.add_argument("--spec", help="preset (paper, paper_fine, mobo) or YAML file [mobo; the trial's]")
     parser.add_argument("--ik", choices=["paper", "complete"], help="inverse kinematics, over the spec's")
     parser.add_argument("--engine", choices=["kernel", "reference"], default="kernel", help="[kernel]")
     parser.add_argument("--threads", type=int, default=1, help="threads of the kernel [1]")
@@ -88,11 +88,12 @@ class _Asked:
 
 
 def _asked(args: argparse.Namespace) -> _Asked:
-    from mobo_core.evaluation import load_spec
+    from mobo_core.evaluation import DEFAULT_PRESET, load_spec
 
     if args.trial is not None:
         return _asked_trial(args)
-    spec = load_spec(args.spec or "paper")
+    # The reference engine has the inverse kinematics of `paper` alone.
+    spec = load_spec(args.spec or ("paper" if args.engine == "reference" else DEFAULT_PRESET))
     if args.urdf_file is None:
         return _Asked(arm_urdf(args), spec, "arm", args.tip)
     refuse_arm(args, args.urdf_file)

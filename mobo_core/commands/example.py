@@ -21,7 +21,7 @@ def add(verbs: Verbs) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("kind", choices=KINDS, help="space or spec")
-    parser.add_argument("name", nargs="?", default="paper", help="preset [paper]")
+    parser.add_argument("name", nargs="?", help="preset [paper for a space, mobo for a spec]")
     parser.add_argument("--table", action="store_true", help="print the fields and their defaults as a Markdown table")
     parser.set_defaults(run=run)
 
@@ -30,17 +30,18 @@ def run(args: argparse.Namespace) -> int:
     """Print the example."""
     from mobo_core.commands.fields import example, table
     from mobo_core.design import SPACES, load_space
-    from mobo_core.evaluation import PRESETS, load_spec
+    from mobo_core.evaluation import DEFAULT_PRESET, PRESETS, load_spec
 
     names = list(SPACES if args.kind == "space" else PRESETS)
-    if args.name not in names:
-        raise InputError(f"no preset {args.name!r}", where=args.kind, expected=" or ".join(names))
-    settings = load_space(args.name) if args.kind == "space" else load_spec(args.name)
+    name = args.name or ("paper" if args.kind == "space" else DEFAULT_PRESET)
+    if name not in names:
+        raise InputError(f"no preset {name!r}", where=args.kind, expected=" or ".join(names))
+    settings = load_space(name) if args.kind == "space" else load_spec(name)
     if args.table:
         print(table(type(settings)), end="")
         return 0
     use = f"{args.kind}:={args.kind}.yaml for a study, or --{args.kind} {args.kind}.yaml for mobo evaluate"
-    print(f"# The {args.kind} called {args.name}, as a file: {use}.")
+    print(f"# The {args.kind} called {name}, as a file: {use}.")
     print("# Fields that are left out keep their defaults.\n")
     print(example(settings), end="")
     return 0

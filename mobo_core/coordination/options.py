@@ -16,7 +16,7 @@ from mobo_core.coordination.answer import AnswerEngine
 from mobo_core.design import SPACES, DesignSpace, load_space
 from mobo_core.errors import InputError
 from mobo_core.evaluation.objectives import OBJECTIVES
-from mobo_core.evaluation.spec import PRESETS, load_spec
+from mobo_core.evaluation.spec import DEFAULT_PRESET, PRESETS, load_spec
 from mobo_core.search.samplers.registry import SAMPLERS
 from mobo_core.search.study import StudySettings
 from mobo_core.settings import Listed, Settings
@@ -52,7 +52,7 @@ class OptimizerOptions(Settings):
     seed: int = _as_in(StudySettings, "seed")
     in_flight: int = _as_in(StudySettings, "in_flight")
     engine: str = _as_in(StudySettings, "engine")
-    spec: str = Field("paper", description=f"what is asked of an arm: a preset ({', '.join(PRESETS)}) or a YAML file")
+    spec: str = Field(DEFAULT_PRESET, description=f"what is asked of an arm: a preset ({', '.join(PRESETS)}) or a YAML file")
     bag: str = Field("", description="folder of the bag; empty: bags/<study_name>")
     resume: bool = Field(
         False, description="continue the bag if it exists, with all that is not named as it was; else it is refused"
@@ -96,6 +96,13 @@ class OptimizerOptions(Settings):
         values |= {"space": space, "spec": load_spec(self.spec)}
         return StudySettings.of(values, where="parameters")
 
+
+    def check(self, settings: StudySettings) -> None:
+        """See that these options can serve a study of such settings.
+
+        Raises:
+            InputError: they cannot.
+        """
 
     def named(self, recorded: StudySettings) -> dict[str, object]:
         """Return, as plain values, a bag's settings with those that were named in their place; not checked.
@@ -161,6 +168,13 @@ class StudyOptions(_Workers, OptimizerOptions):
         ge=1, le=1024, description="workers of each evaluator",
     )  # fmt: skip
     evaluators: int = Field(2, ge=1, le=1000, description="evaluator nodes to start on this host")
+
+    def check(self, settings: StudySettings) -> None:
+        """See that the evaluators of this study can answer it."""
+        if self.engine == "reference" and settings.spec.ik_mode != "paper":
+            raise InputError(
+                f"ik_mode {settings.spec.ik_mode!r}, which engine reference lacks", where="spec", expected="spec:=paper"
+            )
 
 
 class ReplayOptions(Settings):

@@ -41,6 +41,12 @@ def plan_study(options: OptimizerOptions) -> StudyPlan:
         InputError: a value or file that does not fit; a bag that exists, or does not, or is of another study; a
             named setting that differs from the bag's.
     """
+    plan = _plan(options)
+    options.check(plan.settings)
+    return plan
+
+
+def _plan(options: OptimizerOptions) -> StudyPlan:
     folder = options.folder
     if not (options.resume or options.must_resume):
         check_new(folder)

@@ -16,6 +16,7 @@ from mobo_core.coordination.answer import AnswerEngine, Answering
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.evaluator import HEARTBEAT_S, Evaluator, default_name
 from mobo_core.coordination.optimizer import Optimizer
+from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InputError, MoboError
 from mobo_core.messages import StudyStatus
@@ -42,7 +43,7 @@ def run_study(
     stopped node, and ``resume`` goes on.
 
     Args:
-        settings: what the trials depend on; if None those of the bag that is resumed, else the defaults.
+        settings: what the trials depend on; if None those of the bag that is resumed, else the defaults of the nodes.
         n_trials: the total that the bag shall hold.
         name: of the study.
         bag: folder of the bag; ``bags/<name>`` if None.
@@ -64,7 +65,7 @@ def run_study(
     chosen = settings
     if chosen is None:
         recorded = resume and any(folder.glob("*.mcap"))
-        chosen = settings_of(read_record(folder), str(folder)) if recorded else StudySettings()
+        chosen = settings_of(read_record(folder), str(folder)) if recorded else OptimizerOptions().settings()
     engine = engine or (chosen.engine or "kernel")
     if chosen.engine not in ("", engine):
         raise InputError(f"{engine!r}", where="engine", expected=f"{chosen.engine!r}, the study's")
