@@ -46,7 +46,8 @@ def test_rows_of_terminal_and_page_can_be_evaluated(tmp_path: Path, capsys: pyte
     (row,) = re.findall(r"^ +(51 +[A-Z]{6} .*)$", capsys.readouterr().out.partition("each order")[0], re.MULTILINE)
     for text in (row, page):
         joints, lengths = next(iter(re.findall(r" 51 +([PRY]{6}) .*?((?:\d\.\d+,){5}\d\.\d+)", f" {text}")))
-        found = mobo_json(capsys, "evaluate", "--json", "--joints", joints, "--lengths", lengths)
+        arm = ["--joints", joints, "--lengths", lengths, "--spec", "paper"]
+        found = mobo_json(capsys, "evaluate", "--json", *arm)
         # rounded by up to 0.1 mm: nearly the arm's reach
         assert found["reach"] == pytest.approx(28.33, abs=1.0)
 
