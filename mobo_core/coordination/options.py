@@ -52,7 +52,9 @@ class OptimizerOptions(Settings):
     seed: int = _as_in(StudySettings, "seed")
     in_flight: int = _as_in(StudySettings, "in_flight")
     engine: str = _as_in(StudySettings, "engine")
-    spec: str = Field(DEFAULT_PRESET, description=f"what is asked of an arm: a preset ({', '.join(PRESETS)}) or a YAML file")
+    spec: str = Field(
+        DEFAULT_PRESET, description=f"what is asked of an arm: a preset ({', '.join(PRESETS)}) or a YAML file"
+    )
     bag: str = Field("", description="folder of the bag; empty: bags/<study_name>")
     resume: bool = Field(
         False, description="continue the bag if it exists, with all that is not named as it was; else it is refused"
@@ -61,9 +63,7 @@ class OptimizerOptions(Settings):
     lease_s: float = Field(
         10.0, ge=0.5, le=_LONG_S, description="s, after which a candidate no heartbeat names goes to another evaluator"
     )
-    max_attempts: int = Field(
-        3, ge=1, le=1000, description="failed evaluations after which a trial is told as failed"
-    )
+    max_attempts: int = Field(3, ge=1, le=1000, description="failed evaluations after which a trial is told as failed")
     evaluation_timeout_s: float = Field(600.0, ge=1.0, le=_LONG_S, description="s, longest evaluation")
 
     @field_validator("study_name")
@@ -95,7 +95,6 @@ class OptimizerOptions(Settings):
         values |= {name: value for name, value in usual.items() if name in values and name not in given}
         values |= {"space": space, "spec": load_spec(self.spec)}
         return StudySettings.of(values, where="parameters")
-
 
     def check(self, settings: StudySettings) -> None:
         """See that these options can serve a study of such settings.
@@ -137,7 +136,6 @@ class _Workers(Settings):
     )
     simulated_s: float = Field(0.1, ge=0.0, le=_LONG_S, description="s of sleep in a simulated evaluation")
     memory_mb: int = Field(0, ge=0, le=_MANY, description="MB of data each worker may hold; 0: no limit")
-
 
     def check_load(self, evaluators: int = 1, cores: int | None = None) -> None:
         """See that the machine can bear so many evaluators' workers; simulated ones sleep, and may be many.
