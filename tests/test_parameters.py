@@ -63,7 +63,7 @@ def test_settings_of_a_study_are_taken_over(settings: type[Settings], names: tup
 
 
 def test_defaults_make_the_default_settings() -> None:
-    """An optimizer told nothing runs the study that StudySettings() is, with the IK that tells the arm from the solver."""
+    """An optimizer told nothing runs the study that StudySettings() is, but with the spec `mobo`."""
     assert OptimizerOptions().settings() == StudySettings(spec=load_spec("mobo"))
     assert OptimizerOptions().folder == Path("bags/study")
 

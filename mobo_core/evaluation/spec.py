@@ -97,7 +97,7 @@ PRESETS: dict[str, dict[str, object]] = {
     "paper_fine": {"voxel_size": 0.1},
     "mobo": {"ik_mode": "complete", "rules": 2, "restarts": 31, "iterations": 10},
 }
-# What studies and commands ask where no spec is named. The fields' own defaults are another thing: older bags mean them.
+# What studies and commands ask where no spec is named. The fields' own defaults stay as older bags mean them.
 DEFAULT_PRESET = "mobo"
 
 
