@@ -7,6 +7,7 @@ from the summary that is committed beside this script.
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import time
 from pathlib import Path
@@ -18,13 +19,14 @@ from surrogate import Surrogate
 from surrogate_data import FOLDER, SPEC, XACRO
 
 from mobo_core.design import Design
+from mobo_core.evaluation import EvaluationSpec, load_spec
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.search.front import aims_of, hypervolume, pareto_front
 
 SUMMARY = Path(__file__).with_suffix(".json")
 IN_FLIGHT = "mobo tpe, in_flight "
 AIMS = aims_of(("reach", "torque"), SPEC)
-CHECKPOINTS = (200, 500, 1000, 3000, 10000)
+CHECKPOINTS = (200, 500, 1000, 3000, 10000, 20000)
 
 
 def run(method: str, seed: int, n_trials: int, value: Value, file: Path) -> dict[str, Any]:
@@ -55,9 +57,9 @@ def run(method: str, seed: int, n_trials: int, value: Value, file: Path) -> dict
     return result
 
 
-def real_value(design: Design) -> tuple[float, float]:
+def real_value(design: Design, spec: EvaluationSpec = SPEC) -> tuple[float, float]:
     """Return reach and torque (N m) by the evaluation itself."""
-    result = evaluate(XACRO.to_urdf(design), SPEC)
+    result = evaluate(XACRO.to_urdf(design), spec)
     return result.reach, result.torque
 
 
@@ -69,9 +71,10 @@ def surrogate_value(folder: Path) -> Value:
 
 def run_all(args: argparse.Namespace) -> None:
     """Run what is missing and keep it."""
-    runs = args.folder / ("real" if args.real else "runs")
+    spec = load_spec(args.spec)
+    runs = args.folder / (("real" if spec == SPEC else f"real_{args.spec}") if args.real else "runs")
     runs.mkdir(parents=True, exist_ok=True)
-    value = real_value if args.real else surrogate_value(args.folder)
+    value = functools.partial(real_value, spec=spec) if args.real else surrogate_value(args.folder)
     for seed in args.seeds:
         for method in args.methods or METHODS:
             file = runs / f"{method.replace(' ', '_')}__{args.trials}__{seed}.json"
@@ -84,7 +87,7 @@ def run_all(args: argparse.Namespace) -> None:
 def summarise(args: argparse.Namespace) -> None:
     """Join all runs into the summary: per kind of value, method, checkpoint and seed the hypervolume."""
     summary: dict[str, Any] = {}
-    for kind in ("runs", "real"):
+    for kind in ("runs", "real", "real_mobo"):
         for file in sorted((args.folder / kind).glob("*.json")):
             result = json.loads(file.read_text())
             row = summary.setdefault(kind, {}).setdefault(result["method"], {"hypervolume": {}, "ms_a_trial": {}})
@@ -142,6 +145,8 @@ def tables(_: argparse.Namespace) -> None:
     _table({name: summary["runs"][name] for name in others}, base=f"{IN_FLIGHT}8")
     if "real" in summary:
         _table(summary["real"])
+    if "real_mobo" in summary:
+        _table(summary["real_mobo"], base=f"{IN_FLIGHT}8")
 
 
 def _table(methods: dict[str, Any], base: str = "") -> None:
@@ -178,6 +183,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, nargs="*", default=list(range(10)))
     parser.add_argument("--trials", type=int, default=3000)
     parser.add_argument("--real", action="store_true", help="by the evaluation itself instead of the surrogate")
+    parser.add_argument("--spec", choices=("paper", "mobo"), default="paper", help="of --real")
     args = parser.parse_args()
     {"run": run_all, "check": check, "summarise": summarise, "tables": tables}[args.what](args)
 

@@ -158,6 +158,8 @@ def tpe(**settings: Any) -> Callable[[int], BaseSampler]:
 
 
 METHODS: dict[str, Method] = {f"mobo tpe, in_flight {n}": mobo(in_flight=n) for n in (1, 2, 8, 32, 128)} | {
+    "mobo structured, in_flight 8": mobo(sampler="structured"),
+    "mobo structured, in_flight 128": mobo(sampler="structured", in_flight=128),
     "mobo tpe, sequential": mobo(space={"lengths": "sequential"}),
     "mobo paper": mobo(sampler="paper", in_flight=1, space={"lengths": "sequential"}),
     "mobo random": mobo(sampler="random"),

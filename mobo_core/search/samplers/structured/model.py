@@ -57,7 +57,7 @@ def predict(
     Args:
         z: (n, d) of arms tried; those from ``told`` on have no values yet, and only make less of what is unknown
             near them.
-        gains: (told, m) of those told.
+        gains: (told, m) of those told; NaN of one that failed, which counts as the mean of the others.
         twin: (n,) whether it is the twin's.
         told: 1 or more.
         asked: (q, d) of the arms asked about.
@@ -104,7 +104,7 @@ def predict(
     for k in range(m):
         middle, spread = _moments(gains, told, k)
         for i in range(told):
-            w[i] = gains[i, k] - middle
+            w[i] = 0.0 if np.isnan(gains[i, k]) else gains[i, k] - middle
         for j in range(told):
             w[j] /= root[j, j]
             for i in range(j + 1, told):
@@ -119,12 +119,14 @@ def predict(
 
 @compiled
 def _moments(gains: Floats, n: int, k: int) -> tuple[float, float]:
-    """Return mean and standard deviation of a column's first n."""
-    middle = 0.0
+    """Return mean and standard deviation of a column's first n, those left out that are no numbers."""
+    middle, square, count = 0.0, 0.0, 0
     for i in range(n):
-        middle += gains[i, k]
-    middle /= n
-    square = 0.0
+        if not np.isnan(gains[i, k]):
+            middle += gains[i, k]
+            count += 1
+    middle /= max(count, 1)
     for i in range(n):
-        square += (gains[i, k] - middle) * (gains[i, k] - middle)
-    return middle, max(math.sqrt(square / n), 1e-3)
+        if not np.isnan(gains[i, k]):
+            square += (gains[i, k] - middle) * (gains[i, k] - middle)
+    return middle, max(math.sqrt(square / max(count, 1)), 1e-3)

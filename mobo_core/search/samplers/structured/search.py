@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobo_core.design import DesignSpace
-from mobo_core.jit.numerics import mix, stream, uniform
-from mobo_core.search.samplers.structured import compiled
+from mobo_core.jit.numerics import stream
 from mobo_core.search.samplers.structured.archive import Archive, Front
+from mobo_core.search.samplers.structured.draw import Stream, draw
 from mobo_core.search.samplers.structured.model import nearest, predict
 from mobo_core.search.samplers.structured.policy import Policy
-from mobo_core.search.samplers.structured.region import Region, repair, spread, vary
-from mobo_core.search.samplers.structured.volume import added
+from mobo_core.search.samplers.structured.region import Region, spread
+from mobo_core.search.samplers.structured.volume import most_adding
 
 Floats = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ class Search:
     def next(self, trial: int) -> tuple[int, Floats]:
         """Return the order and the point to try in a trial."""
         state = np.uint64(stream(self._seed, STREAM, trial, 0, 0))
-        r = _Stream(state)
+        r = Stream(state)
         if trial >= self._startup and (owed := self._owed()):
             return owed
         if trial >= self._startup and self.policy.serves_all(r.uniform()):
@@ -107,7 +107,7 @@ class Search:
                 return order, point
         return None
 
-    def _candidates(self, state: np.uint64, r: _Stream, order: int) -> Floats:
+    def _candidates(self, state: np.uint64, r: Stream, order: int) -> Floats:
         """Return points: anywhere; good ones of other orders; and changed ones of its own front."""
         archive, region = self.archives[order], self._region
         points = np.empty((CANDIDATES, self._d))
@@ -118,15 +118,15 @@ class Search:
             points[c] = own[self._parent(r, archive.front)] if len(own) else points[_ANYWHERE + c % _FROM_OTHERS]
         tried = archive.points if archive.told else points[_ANYWHERE : _ANYWHERE + 1]
         own = own if len(own) else tried
-        _draw(state, _ANYWHERE, _FROM_OTHERS, own, tried, *region.bounds, points)
+        draw(state, _ANYWHERE, _FROM_OTHERS, own, tried, *region.bounds, points)
         return points
 
-    def _parent(self, r: _Stream, front: Front) -> int:
+    def _parent(self, r: Stream, front: Front) -> int:
         if r.uniform() < EXTREME:
             return front.best(self._extremes[r.below(len(self._extremes))])
         return r.below(len(front))
 
-    def _lent(self, r: _Stream, order: int) -> Floats:
+    def _lent(self, r: Stream, order: int) -> Floats:
         """Return a good point of another order: its twin, one on the front of all, or any."""
         twin = self._twin[order]
         if twin >= 0 and r.uniform() < 0.3 and len(self.archives[twin].front):
@@ -142,7 +142,7 @@ class Search:
         lent: Floats = front.arms[self._parent(r, front)]
         return lent
 
-    def _best(self, r: _Stream, order: int, front: Front, points: Floats, *, explores: bool) -> int:
+    def _best(self, r: Stream, order: int, front: Front, points: Floats, *, explores: bool) -> int:
         """Return the number of the point that may add most to a front, or of which the model knows least."""
         archive, features = self.archives[order], self._region.features
         parent = self._parent(r, archive.front)
@@ -154,94 +154,19 @@ class Search:
         if twin >= 0 and self.archives[twin].told:
             other = self.archives[twin]
             near = nearest(other.features, len(other.features), centre, TWINS)
-            z, gains, theirs = np.vstack([z, other.features[near]]), np.vstack([gains, other.gains[near]]), len(near)
+            theirs = len(near)
+            z, gains = np.vstack([z, other.features[near]]), np.vstack([gains, other.gains[near]])
         told = len(z)
         if archive.pending:
             z = np.vstack([z, np.array(list(archive.pending.values())[-PENDING:])])
         is_twin = np.zeros(len(z), np.bool_)
         is_twin[told - theirs : told] = True
         mean, deviation = np.empty((len(points), self._m)), np.empty((len(points), self._m))
-        predict(z, _filled(gains), is_twin, told, features(points), mean, deviation)
+        predict(z, gains, is_twin, told, features(points), mean, deviation)
         extreme = self._extremes[r.below(len(self._extremes))]
         if explores:
-            return int(_best(front.gains, mean, deviation, _ALL_HOPE, extreme))
+            return int(most_adding(front.gains, mean, deviation, _ALL_HOPE, extreme))
         for_extreme = front is archive.front and r.uniform() < EXTREME
-        return int(_best(front.gains, mean, deviation, HOPES[r.below(len(HOPES))], extreme if for_extreme else -1))
-
-
-class _Stream:
-    """Random numbers, one after the other."""
-
-    def __init__(self, state: np.uint64) -> None:
-        self._state, self._k = state, 0
-
-    def uniform(self) -> float:
-        """Return a number in [0, 1)."""
-        self._k += 1
-        return float(uniform(self._state, self._k))
-
-    def below(self, count: int) -> int:
-        """Return one of 0 to count - 1."""
-        return int(self.uniform() * count)
-
-    def fork(self) -> np.uint64:
-        """Return the state of another stream."""
-        self._k += 1
-        return np.uint64(mix(self._state, 1 << 40 | self._k))
-
-
-@compiled
-def _filled(gains: Floats) -> Floats:
-    """Return gains with those of trials that failed put to the mean of the others: nothing is known of them."""
-    filled = gains.copy()
-    for k in range(gains.shape[1]):
-        total, count = 0.0, 0
-        for i in range(gains.shape[0]):
-            if not np.isnan(gains[i, k]):
-                total += gains[i, k]
-                count += 1
-        for i in range(gains.shape[0]):
-            if np.isnan(gains[i, k]):
-                filled[i, k] = total / max(count, 1)
-    return filled
-
-
-@compiled
-def _draw(
-    state: np.uint64, anywhere: int, lent: int, front: Floats, tried: Floats, low: Floats, high: Floats,
-    zero: NDArray[np.bool_], points: Floats,
-) -> None:  # fmt: skip
-    """Draw the first points anywhere; leave the first half of those lent as they are; change all others."""
-    for c in range(points.shape[0]):
-        own = mix(state, 1000 + c)
-        if c < anywhere:
-            spread(own, low, high, zero, points[c])
-        elif c < anywhere + lent // 2:
-            repair(points[c], low, high, zero)
-        else:
-            vary(own, front, tried, low, high, zero, points[c])
-
-
-@compiled
-def _best(front: Floats, mean: Floats, deviation: Floats, hope: float, extreme: int) -> int:
-    """Return the point that, by so many deviations better than expected, adds most to a front.
-
-    What adds nothing counts below zero, by how low the product of its gains is. With ``extreme`` it is that gain that
-    counts.
-    """
-    q, m = mean.shape
-    best, highest = 0, -np.inf
-    may_be = np.empty(m)
-    for c in range(q):
-        if deviation[c, 0] < 0.0:
-            continue
-        product = 1.0
-        for k in range(m):
-            may_be[k] = mean[c, k] + hope * deviation[c, k]
-            product *= min(max(may_be[k], 1e-6), 1.0)
-        value = may_be[extreme] if extreme >= 0 else added(front, front.shape[0], may_be)
-        if extreme < 0 and value <= 0.0:
-            value = product - 1.0
-        if value > highest:
-            best, highest = c, value
-    return best
+        return int(
+            most_adding(front.gains, mean, deviation, HOPES[r.below(len(HOPES))], extreme if for_extreme else -1)
+        )

@@ -151,3 +151,33 @@ def insert(front: Floats, arms: Floats, k: int, gain: Floats, arm: Floats) -> in
     for j in range(arms.shape[1]):
         arms[at, j] = arm[j]
     return k + 1
+
+
+@compiled
+def most_adding(front: Floats, mean: Floats, deviation: Floats, hope: float, extreme: int) -> int:
+    """Return the point that, by so many deviations better than expected, adds most to a front.
+
+    No gain is taken to be above 1, the end of the box, or the best so far. What adds nothing counts below zero, by how
+    low the product of its gains is. With ``extreme`` it is that gain that counts.
+    """
+    q, m = mean.shape
+    best, highest = 0, -np.inf
+    may_be, ceiling = np.empty(m), np.ones(m)
+    for i in range(front.shape[0]):
+        for k in range(m):
+            ceiling[k] = max(ceiling[k], front[i, k])
+    for c in range(q):
+        if deviation[c, 0] < 0.0:
+            continue
+        product = 1.0
+        for k in range(m):
+            may_be[k] = mean[c, k] + hope * deviation[c, k]
+            if extreme < 0:
+                may_be[k] = min(may_be[k], ceiling[k])
+            product *= min(max(may_be[k], 1e-6), 1.0)
+        value = may_be[extreme] if extreme >= 0 else added(front, front.shape[0], may_be)
+        if extreme < 0 and value <= 0.0:
+            value = product - 1.0
+        if value > highest:
+            best, highest = c, value
+    return best
