@@ -116,3 +116,37 @@ def test_same_poses_given_or_drawn() -> None:
     centre = np.repeat(SPEC.voxel_centres()[voxel][None], len(rotations), axis=0)
     outcome, _, _ = solve_poses(urdf("PRRYPY"), SPEC, centre, np.array(rotations))
     assert np.count_nonzero(outcome == 0) / len(outcome) == evaluate(urdf("PRRYPY"), SPEC).voxel_reach[voxel]
+
+
+# Redundant, its lengths uneven: blind attempts reach much that rules 1 do not, at wide limits above all.
+UNEVEN = Design("PRPYPRY", tuple(0.6 * share / 0.602 for share in (0.086, 0.107, 0.004, 0.035, 0.035, 0.102, 0.233)))
+
+
+def uneven(limit: float) -> str:
+    return to_urdf(UNEVEN, DesignSpace(n_joints=7, joint_limit=limit))
+
+
+def test_wider_limits_reach_no_less() -> None:
+    """At +-270 degrees an arm reaches what it does at +-135, but for two poses, inside the limits."""
+    from mobo_core.evaluation.result import Configurations
+
+    def reached(limit: float) -> tuple[set[tuple[int, int]], Configurations]:
+        found = evaluate(uneven(limit), FEW, configurations=True).configurations
+        return set(zip(found.voxel.tolist(), found.pose.tolist(), strict=True)), found
+
+    narrow, _ = reached(0.75 * np.pi)
+    wide, found = reached(1.5 * np.pi)
+    assert len(narrow) > 20
+    assert len(narrow - wide) <= 2
+    assert np.all(np.abs(found.q) <= 1.5 * np.pi)
+
+
+@pytest.mark.parametrize("rules", [1, 2])
+def test_rules(rules: int) -> None:
+    """Rules 1 need more iterations than 2; both reach most of what the other does; neither depends on threads."""
+    effort = {1: {"restarts": 31, "iterations": 10}, 2: {}}[rules]
+    spec = FEW.model_copy(update={"rules": rules, "poses_per_voxel": 3, **effort})
+    one, three = (evaluate(uneven(0.75 * np.pi), spec, threads=threads, configurations=True) for threads in (1, 3))
+    assert one.configurations.q.tobytes() == three.configurations.q.tobytes()
+    assert one.reach > 1
+    assert (one.iterations > 100 * 225) == (rules == 1)

@@ -95,7 +95,7 @@ class EvaluationSpec(Settings):
 PRESETS: dict[str, dict[str, object]] = {
     "paper": {},
     "paper_fine": {"voxel_size": 0.1},
-    "mobo": {"ik_mode": "complete", "rules": 2, "restarts": 31, "iterations": 10},
+    "mobo": {"ik_mode": "complete", "rules": 2, "restarts": 63, "iterations": 12},
 }
 # What studies and commands ask where no spec is named. The fields' own defaults stay as older bags mean them.
 DEFAULT_PRESET = "mobo"

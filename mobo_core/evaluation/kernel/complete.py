@@ -23,6 +23,8 @@ from mobo_core.evaluation.kernel.configuration import (
 from mobo_core.evaluation.kernel.evidence import (
     BLIND,
     MOST_WORTH,
+    NEAR_STARTS,
+    PATIENCE,
     TURN,
     bring_between_limits,
     hopeless,
@@ -118,7 +120,7 @@ def evaluate_voxels_complete(arm, table, question, first, last, out):
             if lane_row[lane] >= 0 and lane_iteration[lane] < 0:
                 # A new attempt.
                 at = lane_row[lane]
-                if lane_searching[lane] and lane_key[lane] < OUT:
+                if lane_searching[lane] and lane_key[lane] < OUT and lane_attempt[lane] < NEAR_STARTS:
                     start = lane_key[lane] & SAMPLE
                     for k in range(n):
                         q[k] = table.q[start, k]
@@ -143,9 +145,11 @@ def evaluate_voxels_complete(arm, table, question, first, last, out):
             if not there:
                 if iteration > 0 and error < lane_error[lane]:
                     lane_error[lane] = error
-                # Blind attempts are left alone, so as not to favour the solutions that are quickly found.
+                # Blind attempts need longer; those of reached poses are left alone, so as not to favour the solutions
+                # that are quickly found.
+                patience = 0 if lane_attempt[lane] < NEAR_STARTS else PATIENCE
                 if iteration < question.iterations and not (
-                    lane_searching[lane] and hopeless(iteration, error, lane_before[lane], enough)
+                    lane_searching[lane] and hopeless(iteration - patience, error, lane_before[lane], enough)
                 ):
                     lane_before[lane] = error
                     lane_iteration[lane] += 1

@@ -9,15 +9,17 @@ from mobo_core.evaluation.kernel import compiled
 # What follows was fitted to attempts of 40 designs that a 6-DOF study met and of 32 random arms: the fewest
 # iterations at which one reachable pose in 1,000 is missed. Errors are squared (m^2, by the weight, and rad^2).
 # An attempt is given up if after 1, 2, … iterations its error is above this,
-GIVEN_UP = np.array((4.46, 1.404, 0.614, 0.3, 0.0271, 0.0271, 0.0064, 0.0025))
+GIVEN_UP = np.array((6.0, 2.0, 1.0, 0.5, 0.1, 0.06, 0.03, 0.01))
 # or above this and above that share of the error one iteration before.
-SLOW = np.array((3.304, 0.991, 0.33, 0.218, 0.0238, 0.007, 0.0071, 0.0071))
-SLOW_SHARE = np.array((0.75, 1.8, 0.743, 0.9, 0.08, 0.268, 0.315, 0.315))
+SLOW = np.array((5.0, 1.5, 0.5, 0.3, 0.06, 0.03, 0.02, 0.01))
+SLOW_SHARE = np.array((0.75, 1.8, 0.75, 0.9, 0.3, 0.3, 0.3, 0.3))
 # A pose is worth so many attempts, where its least error (after one iteration at least) is not below
 EVIDENCE = np.array((16.2, 1.19, 0.451, 0.236, 0.0472, 0.0035))
-WORTH = np.array((2, 4, 6, 9, 13, 27))
+WORTH = np.array((2, 5, 8, 12, 18, 34))
 # this; and so many, where it is, or where an attempt ended in self-collision.
-MOST_WORTH = 32
+MOST_WORTH = 62
+# So many attempts start near the pose, the others blindly; those are judged as if PATIENCE iterations younger.
+NEAR_STARTS, PATIENCE = 20, 3
 # Attempts from blind starts once a pose is reached.
 BLIND = 2
 # A joint that turns this far (rad) holds every angle: it moves without limits, and is brought between them at the end.
