@@ -1,10 +1,11 @@
-"""Mirror twins: arms that differ by a quarter turn about z alone, so that Roll and Pitch change places."""
+"""Mirror twins: arms that are each other's reflection in the plane x = y, so that Roll and Pitch change places."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from mobo_core.design import DesignSpace, effective_joints
+from mobo_core.evaluation.spec import EvaluationSpec
 
 _SWAPPED = str.maketrans("RP", "PR")
 
@@ -14,15 +15,16 @@ def swapped(joints: str) -> str:
     return joints.translate(_SWAPPED)
 
 
-def exact_twins(orders: Iterable[str], space: DesignSpace) -> dict[str, str]:
-    """Return, of these joint orders, those with an exact twin among them: order -> twin.
+def exact_twins(orders: Iterable[str], space: DesignSpace, spec: EvaluationSpec) -> dict[str, str]:
+    """Return, of these whole joint orders, those with an exact twin among them: order -> twin.
 
-    The two arms are one turned by 90 degrees about z, with the same lengths and ranges, so that in a workspace that
-    is square about z they differ by the poses drawn alone. An order whose twin would break the Yaw rule has none: the
-    arm that is built in its place has the ranges of its yaw joints turned. Nor has any on a base that leans.
+    With the same lengths such arms differ by the poses drawn alone, where workspace and gravity are the same in x as
+    in y. An order whose reflection would break the Yaw rule has no twin: the arm that is built in its place has the
+    ranges of its yaw joints turned. Nor has any on a base that leans.
     """
-    known = set(orders)
-    if space.base_tilt != 0.0:
+    low, high, gravity = spec.workspace_min, spec.workspace_max, spec.gravity
+    if space.base_tilt != 0.0 or low[0] != low[1] or high[0] != high[1] or gravity[0] != gravity[1]:
         return {}
+    known = set(orders)
     pairs = {order: swapped(order) for order in known if set(order) <= set("RPY")}
     return {a: b for a, b in sorted(pairs.items()) if a != b and b in known and effective_joints(b) == b}

@@ -78,10 +78,12 @@ def _parquet(columns: Columns, where: str) -> bytes:
         "torque": arrow.float64(),
         "seconds": arrow.float64(),
     }
-    fields = [
-        (name, types.get(name, arrow.float64() if any(type(value) is float for value in values) else arrow.string()))
-        for name, values in columns.items()
-    ]
+    by_kind = {bool: arrow.bool_(), int: arrow.int64(), float: arrow.float64()}
+    fields = []
+    for name, values in columns.items():
+        kinds = {type(value) for value in values} - {type(None)}
+        kind = float if float in kinds else kinds.pop() if len(kinds) == 1 else str
+        fields.append((name, types.get(name, by_kind.get(kind, arrow.string()))))
     out = io.BytesIO()
     parquet.write_table(arrow.table(columns, schema=arrow.schema(fields)), out)
     return out.getvalue()

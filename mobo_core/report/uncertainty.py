@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobo_core.bag.record import StudyRecord
+from mobo_core.report.once import once
 from mobo_core.report.row import Row
 from mobo_core.report.table import StudyTable
 from mobo_core.search.front import pareto_front
@@ -57,6 +58,7 @@ class Steadiness:
     share: float
 
 
+@once
 def steadiness(study: StudyRecord, table: StudyTable) -> list[Steadiness]:
     """Return how steady the arms of the front are, and those near it, by falling share; others are left out.
 

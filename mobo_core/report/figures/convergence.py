@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from matplotlib.figure import Figure as Canvas
 
 from mobo_core.bag.record import StudyRecord
+from mobo_core.report.columns import Columns
 from mobo_core.report.figures.drawing import FAINT, plain
-from mobo_core.report.figures.figure import Figure, Picture
+from mobo_core.report.figures.figure import Figure, Picture, View, script_beside
 from mobo_core.report.table import StudyTable, running_hypervolume
 
 _LINE = "#0072b2"
@@ -51,9 +52,21 @@ def _draw(study: StudyRecord, table: StudyTable) -> Iterator[Picture]:
     yield Picture(hypervolume_figure(table, study.settings.n_startup_trials, title), caption=caption)
 
 
+def _data(study: StudyRecord, table: StudyTable) -> object:
+    counts, volumes = running_hypervolume(table)
+    return {"counts": counts, "volumes": volumes, "startup": study.settings.n_startup_trials}
+
+
+def _tables(study: StudyRecord, table: StudyTable) -> Mapping[str, Columns]:
+    counts, volumes = running_hypervolume(table)
+    return {"hypervolume": {"trials": list(counts), "hypervolume": list(volumes)}}
+
+
 FIGURE = Figure(
     name="hypervolume",
     heading="Progress",
     caption="Share of the box between (reach 0, torque 10 N m a voxel) and (full reach, no torque) that is dominated.",
     draw=_draw,
+    view=View(_data, script_beside(__file__)),
+    tables=_tables,
 )

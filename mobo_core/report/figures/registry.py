@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from mobo_core.registry import Registry
-from mobo_core.report.figures import convergence, sampling, voxel_maps
+from mobo_core.report.figures import (
+    convergence,
+    importance,
+    lengths,
+    sampling,
+    stages,
+    steadiness,
+    structures,
+    voxel_maps,
+)
 from mobo_core.report.figures.figure import Figure
 
 FIGURES = Registry(
@@ -12,7 +21,12 @@ FIGURES = Registry(
     Figure,
     (
         sampling.FIGURE,
-        convergence.FIGURE,
+        structures.FIGURE,
+        lengths.FIGURE,
         voxel_maps.FIGURE,
+        convergence.FIGURE,
+        importance.FIGURE,
+        steadiness.FIGURE,
+        stages.FIGURE,
     ),
 )

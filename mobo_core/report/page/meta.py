@@ -79,7 +79,7 @@ def elements(study: StudyRecord, table: StudyTable, held: Sequence[HeldArm], bag
         "front": [place[row.trial] for row in table.front],
         "first": place[(table.useful_front or table.front)[0].trial] if table.front else -1,
         "known": [{"row": place[row.trial], "name": ", ".join(row.known_as)} for row in _known(table)],
-        "twins": exact_twins(orders, space),
+        "twins": exact_twins({row.joints for row in rows}, space, spec),
         "steady": {str(one.row.trial): one.share for one in steady},
         "evaluated": first,
         "with_voxel_q": n_with,

@@ -55,10 +55,10 @@ mobo.Card = class {
     const sure = (se, digits) => (Number.isFinite(se) ? `\u00b1 ${fixed(se, digits)}` : "");
     const steady = meta.steady[raw.trial[row]];
     this.numbers.replaceChildren(
-      pair("reach", fixed(raw.reach[row], 2), `${sure(raw.reach_se[row], 2)} of ${meta.voxels}`),
-      pair("torque", fixed(raw.torque[row], 1), `${sure(raw.torque_se[row], 1)} N m`),
-      ...Object.entries(meta.further).map(([name, unit]) => pair(name.replaceAll("_", " "), mobo.short(raw[`extra:${name}`][row]), unit)),
-      steady !== undefined ? pair("on the front", `${Math.round(100 * steady)} %`, "of resamples") : pair("evaluated in", `${fixed(raw.seconds[row] * 1000, 0)}`, "ms"),
+      pair(`reach of ${meta.voxels}`, fixed(raw.reach[row], 2), sure(raw.reach_se[row], 2)),
+      pair("torque [N m]", fixed(raw.torque[row], 1), sure(raw.torque_se[row], 1)),
+      ...Object.entries(meta.further).map(([name, unit]) => pair(`${name.replaceAll("_", " ")} [${unit}]`, mobo.short(raw[`extra:${name}`][row]))),
+      steady !== undefined ? pair("on the front in", `${Math.round(100 * steady)} %`, "of resamples") : pair("evaluated in", `${fixed(raw.seconds[row] * 1000, 0)}`, "ms"),
       el("div.wide", {}, el("dt", {}, "links"), el("dd", {}, mobo.strip(study, row, 330))));
   }
 
@@ -77,8 +77,8 @@ mobo.Card = class {
     try { robot = new mobo.Robot(text); } catch { this.stage.hidden = true; this.posesNote.textContent = "The recorded URDF is not readable."; return; }
     this.robot = robot;
     this.voxelMaps.total = robot.total;
-    this.viewer.show(robot);
     const four = held?.four.length ? held.four : mobo.randomPoses(study, robot, 4);
+    this.viewer.show(robot, four[0]?.slice());
     const straight = robot.moving.map((_, i) => Math.min(Math.max(0, robot.lower[i]), robot.upper[i]));
     [straight, ...four].forEach((q, i) => {
       const button = el("button.pose", { type: "button", "aria-label": i ? `configuration ${i}` : "straight", onclick: () => this.viewer.pose(q) });

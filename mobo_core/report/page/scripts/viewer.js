@@ -119,7 +119,7 @@ mobo.Viewer = class {
       }
     }
     const reach = Math.max(robot.total, 0.05), floor = this.small ? null : meta.workspace_min[2];
-    const view = { ...mobo.Viewer.view, distance: (this.small ? 3.5 : 4.1) * reach / this.zoom, target: [0, 0, (this.small ? 0.32 : 0.22) * reach] };
+    const view = { ...mobo.Viewer.view, distance: (this.small ? 3.2 : 3.3) * reach / this.zoom, target: [0, 0, (this.small ? 0.3 : 0.26) * reach] };
     if (!this.small) shapes.push(...mobo.surroundings(meta));
     mobo.scene.draw(canvas, view, shapes, { floor, shadow: mobo.rgb(mobo.theme.colour("shadow")) });
     if (this.small) return;

@@ -1,0 +1,61 @@
+"""Which of the sampler's parameters matter for which objective: Optuna's own measure."""
+
+from __future__ import annotations
+
+import json
+import warnings
+
+from mobo_core.bag.record import StudyRecord
+from mobo_core.report.once import once
+from mobo_core.report.table import StudyTable
+
+_MOST_TRIALS = 3000  # evenly chosen; Optuna's trials take time and memory
+_FEWEST_TRIALS = 20
+
+
+@once
+def importances(study: StudyRecord, table: StudyTable) -> dict[str, dict[str, float]]:
+    """Return objective -> parameter -> importance, a share of 1, the most important first; {} of a few trials.
+
+    PED-ANOVA (Watanabe, Bansal and Hutter, IJCAI 2023) as Optuna has it: how far the distribution of a parameter among
+    the best tenth of trials is from that among all. Parameters whose range depends on others are left out.
+    """
+    import optuna
+    from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
+    from optuna.trial import FrozenTrial, create_trial
+
+    rows = table.complete[:: max(1, -(-len(table.complete) // _MOST_TRIALS))]
+    space, names = study.settings.space, study.settings.objectives
+    trials: list[FrozenTrial] = []
+    for row in rows:
+        candidate = study.candidate_of(row.trial)
+        try:
+            params = json.loads(candidate.params_json) if candidate is not None else {}
+            distributions = space.distributions(params) if params else {}
+            trials.append(create_trial(params=params, distributions=distributions, values=list(row.values)))
+        except (ValueError, KeyError, TypeError):  # a bag may claim anything
+            continue
+    if len(trials) < _FEWEST_TRIALS:
+        return {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # experimental, says Optuna
+        before = optuna.logging.get_verbosity()
+        optuna.logging.set_verbosity(optuna.logging.ERROR)
+        try:
+            made = optuna.create_study(directions=["minimize"] * len(names))
+            made.add_trials(trials)
+            found: dict[str, dict[str, float]] = {}
+            for k, (name, aim) in enumerate(zip(names, table.aims, strict=True)):
+                sign = -1.0 if aim.maximize else 1.0
+
+                def loss(trial: FrozenTrial, k: int = k, sign: float = sign) -> float:
+                    return sign * float(trial.values[k])
+
+                measure = PedAnovaImportanceEvaluator()
+                try:
+                    found[name] = dict(get_param_importances(made, evaluator=measure, target=loss))
+                except (ValueError, RuntimeError):  # no parameter that all trials share, say
+                    continue
+        finally:
+            optuna.logging.set_verbosity(before)
+    return {name: values for name, values in found.items() if values}
