@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure as Canvas
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from numpy.typing import ArrayLike, NDArray
@@ -65,29 +64,27 @@ def voxel_figure(row: Row, evaluation: OfVoxels, spec: EvaluationSpec, title: st
     torque = np.asarray(evaluation.voxel_torque, float).reshape(nx, ny, nz)
     layers = sorted({round(i) for i in np.linspace(0, nz - 1, min(nz, _MOST_LAYERS))})
     columns, bands = _grid(len(layers))
-    figure = Canvas(
-        figsize=(2.25 * columns + 1.6, 4.75 * bands + 1.5),
-        layout=ConstrainedLayoutEngine(w_pad=0.06, h_pad=0.05, hspace=0.03),
-    )
-    figure.suptitle(plain(title), x=0.012, ha="left", fontsize=12)
-    figure.supxlabel(
-        "hatched: no pose reached;  dashed: as far as the stretched arm goes at this height",
-        fontsize=8.5, color=FAINT,
+    width, height = 2.25 * columns + 1.6, 4.75 * bands + 1.5
+    figure = Canvas(figsize=(width, height))
+    figure.text(0.15 / width, 1 - 0.12 / height, plain(title), ha="left", va="top", fontsize=12)
+    figure.text(
+        0.5, 0.1 / height, "hatched: no pose reached;  dashed: as far as the stretched arm goes at this height",
+        ha="center", fontsize=8.5, color=FAINT,
     )  # fmt: skip
-    heights = [0.62, *([2.2] * 2 * bands)]
-    grid = figure.add_gridspec(1 + 2 * bands, columns, height_ratios=heights)
-    _arm(figure.add_subplot(grid[0, :]), row, 72 * figure.get_figwidth())
+    right = 1 - 1.05 / width
+    _arm(figure.add_axes((0.15 / width, 1 - 1.25 / height, 1 - 0.3 / width, 0.8 / height)), row, 72 * width)
+    grid = figure.add_gridspec(
+        2 * bands, columns, left=0.72 / width, right=right, top=1 - 1.62 / height, bottom=0.78 / height, wspace=0.06,
+        hspace=0.16,
+    )  # fmt: skip
     maps = (
         ("reach", reach, REACH_ENDS, red_to_green(), "share of poses reached"),
         ("torque", np.where(reach > 0, torque, np.nan), TORQUE_ENDS, red_to_green().reversed(), "torque [N m]"),
     )
     for place, (name, values, ends, colours, label) in enumerate(maps):
         colours = colours.with_extremes(bad="#ececec")
-        of_map = []
         for i, layer in enumerate(layers):
-            line = 1 + 2 * (i // columns) + place
-            axes = figure.add_subplot(grid[line, i % columns])
-            of_map.append(axes)
+            axes = figure.add_subplot(grid[2 * (i // columns) + place, i % columns])
             mesh = _layer(axes, values[:, :, layer], spec, layer, Normalize(*ends), colours, row, name)
             axes.tick_params(labelleft=i % columns == 0, labelbottom=place == 1)
             if i % columns == 0:
@@ -96,9 +93,10 @@ def voxel_figure(row: Row, evaluation: OfVoxels, spec: EvaluationSpec, title: st
                 axes.set_xlabel("x [m]")
             else:
                 axes.set_title(f"z = {_middle(spec, 2, layer):.2f} m".replace("-", "\u2212"))
+        beside = grid[place, columns - 1].get_position(figure)
         figure.colorbar(
-            mesh, ax=of_map, label=label, extend="both" if name == "torque" else "neither", pad=0.015,
-            aspect=16, fraction=0.045, ticks=MultipleLocator(0.2 if name == "reach" else 1.0),
+            mesh, cax=figure.add_axes((right + 0.12 / width, beside.y0, 0.13 / width, beside.height)), label=label,
+            extend="both" if name == "torque" else "neither", ticks=MultipleLocator(0.2 if name == "reach" else 1.0),
         )  # fmt: skip
     return figure
 

@@ -51,12 +51,14 @@ def study_page(
         *_header(study, table),
         "<main>",
         '<div class="explorer">',
+        '<div class="left">',
         *(_figure(one, bool(data)) for one in figures if not one.figure.heading),
+        markup.section("front", "Pareto front", [front_table(table)], nav="Front"),
+        "</div>",
         '<aside id="arm" aria-label="the chosen arm"></aside>' if data else "",
         "</div>",
         '<section id="pinned" data-nav="Pinned" tabindex="-1" hidden><h2>Side by side</h2>'
         '<p class="note" id="pinnote">Pin a second arm to compare.</p><div id="pins"></div></section>',
-        markup.section("front", "Pareto front", [front_table(table)], nav="Front"),
         *(_figure(one, bool(data)) for one in figures if one.figure.heading),
         markup.section("prefixes", "Best arm of each prefix", [prefix_table(found(groups), table), _PREFIX_NOTE]),
         *torques_section(arms, table.n_joints),
@@ -112,12 +114,12 @@ def _figure(one: Rendered, has_data: bool) -> str:
     pictures = [markup.figure(png, caption) for caption, png in one.shown]
     svg = [name for name in one.files if name.endswith(".svg")]
     links = "".join(f' <a href="{name}">{name}</a>' for name in svg)
+    nav = figure.name.replace("_", " ").capitalize()
     below = f'<p class="note">Vector pictures:{links}</p>' if svg else ""
     if figure.view is None or not has_data:
-        return markup.section(figure.name, figure.heading, [*pictures, below], nav=figure.heading)
+        return markup.section(figure.name, figure.heading, [*pictures, below], nav=nav)
     note = f'<p class="note">{escape(figure.caption)}</p>' if figure.heading else ""
     fold = markup.fold("As a picture" if len(pictures) == 1 else "As pictures", [*pictures, below])
-    nav = figure.heading or "Arms"
     return markup.section(figure.name, figure.heading, [note], nav=nav, view=figure.name).removesuffix("</section>") + (
         f'<div class="below">{fold}</div></section>'
     )

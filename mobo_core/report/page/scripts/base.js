@@ -21,7 +21,7 @@ mobo.el.svg = new Set(["svg", "path", "line", "rect", "circle", "g", "text", "po
 
 // Numbers: a fixed number of digits, a true minus, a dash for none.
 mobo.fixed = (value, digits = 1) =>
-  Number.isFinite(value) ? value.toFixed(digits).replace("-", "\u2212") : "\u2013";
+  Number.isFinite(value) ? value.toFixed(digits).replace(/^-(?=0\.?0*$)/, "").replace("-", "\u2212") : "\u2013";
 mobo.short = (value) => {
   if (!Number.isFinite(value)) return "\u2013";
   const size = Math.abs(value);

@@ -10,8 +10,12 @@
 
   // Sections by their headings.
   const nav = document.getElementById("nav");
-  for (const section of document.querySelectorAll("section[data-nav]"))
-    nav.append(el("button", { type: "button", onclick: () => { section.scrollIntoView(); section.focus({ preventScroll: true }); } }, section.dataset.nav));
+  const navOf = new Map();
+  for (const section of document.querySelectorAll("section[data-nav]")) {
+    const button = el("button", { type: "button", hidden: section.hidden, onclick: () => { section.scrollIntoView(); section.focus({ preventScroll: true }); } }, section.dataset.nav);
+    navOf.set(section, button);
+    nav.append(button);
+  }
 
   if (!document.getElementById("meta")) return; // no arm was evaluated
   const study = await mobo.Study.read();
@@ -38,6 +42,7 @@
   const showPins = () => {
     card.refresh();
     pinned.hidden = !study.pins.length;
+    navOf.get(pinned).hidden = pinned.hidden;
     const body = document.getElementById("pins");
     for (const [row, one] of cards) if (!study.isPinned(row)) { one.root.remove(); cards.delete(row); }
     for (const row of study.pins)

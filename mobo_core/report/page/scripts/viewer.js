@@ -99,7 +99,7 @@ mobo.Viewer = class {
     if (!this.inputs || !this.sliders) return;
     this.q.forEach((v, i) => {
       if (i !== except) this.inputs[i].value = v;
-      this.angles[i].textContent = `${mobo.fixed((v * 180) / Math.PI, 0)}\u00b0`;
+      this.angles[i].textContent = `${mobo.fixed(Math.round((v * 180) / Math.PI) + 0, 0)}\u00b0`;
     });
   }
 
@@ -127,7 +127,7 @@ mobo.Viewer = class {
     this.state.classList.toggle("bad", hit.size > 0);
     if (this.holds) {
       const torques = robot.torques(placed, meta.gravity, meta.payload_kg);
-      torques.forEach((t, i) => { this.holds[i].textContent = `${mobo.fixed(Math.abs(t) < 0.005 ? 0 : t, 2)} N m`; });
+      torques.forEach((t, i) => { this.holds[i].textContent = `${mobo.fixed(Math.abs(t), 2)} N m`; });
     }
   }
 

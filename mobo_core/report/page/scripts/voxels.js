@@ -64,11 +64,12 @@ mobo.VoxelMaps = class {
           const v = this.index(ix, iy, iz), value = shown[v], cx = x + ix * plan.cell, cy = y + (plan.ny - 1 - iy) * plan.cell, s = plan.cell - (plan.cell > 6 ? 1 : 0);
           const none = this.kind === "torque" ? !Number.isFinite(value) : this.kind === "reach" && value === 0;
           if (none) { // hatched: nothing reached
-            context.fillStyle = empty;
+            const red = this.kind === "reach";
+            context.fillStyle = red ? `rgb(${scale(0).join(",")})` : empty;
             context.fillRect(cx, cy, s, s);
             context.save();
             context.beginPath(); context.rect(cx, cy, s, s); context.clip();
-            context.strokeStyle = faint; context.globalAlpha = 0.55; context.lineWidth = 0.8;
+            context.strokeStyle = red ? "#fff" : faint; context.globalAlpha = 0.55; context.lineWidth = 0.9;
             context.beginPath();
             for (let d = -s; d < s; d += 5) { context.moveTo(cx + d, cy + s); context.lineTo(cx + d + s, cy); }
             context.stroke();
