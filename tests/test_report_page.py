@@ -126,7 +126,7 @@ def test_it_filters_opens_a_point_moves_a_joint_and_pins_two(page: Any) -> None:
     best = table.useful_front[0]
     second = table.useful_front[1].trial
     x, y = page.evaluate(PLACE, second)
-    page.locator("canvas.over").click(position={"x": x, "y": y})
+    page.locator("canvas.points").click(position={"x": x, "y": y})
     page.wait_for_function(SHOWN, arg=second)
     page.wait_for_selector("#arm input[type=range]")
     before = page.evaluate(PICTURE)
@@ -144,7 +144,7 @@ def test_it_filters_opens_a_point_moves_a_joint_and_pins_two(page: Any) -> None:
 
 def test_arrows_go_from_arm_to_arm_and_enter_opens(page: Any) -> None:
     """The picture can be used with the keyboard alone."""
-    page.locator("canvas.over").focus()
+    page.locator("canvas.points").focus()
     before = page.evaluate("mobo.study.chosen")
     page.keyboard.press("ArrowLeft")
     page.keyboard.press("Enter")

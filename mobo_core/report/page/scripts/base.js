@@ -1,6 +1,6 @@
 // What all scripts of the page share: elements, numbers as text, events, packed data, light and dark.
 // Text from a study only ever becomes a text node or an attribute, never HTML.
-const mobo = { views: new Map() };
+const mobo = globalThis.mobo = { views: new Map() };
 
 mobo.view = (name, show) => mobo.views.set(name, show); // show(root, data, study), once, when the page is read
 
@@ -60,13 +60,18 @@ mobo.theme = {
     const chosen = document.documentElement.dataset.theme;
     return chosen ? chosen === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
   },
-  colour: (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim(),
+  colours: new Map(), // asked for at every frame
+  colour(name) {
+    if (!this.colours.has(name)) this.colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+    return this.colours.get(name);
+  },
   changed: new mobo.Events(),
   toggle() {
     document.documentElement.dataset.theme = this.dark ? "light" : "dark";
     this.changed.emit("change");
   },
 };
+mobo.theme.changed.on("change", () => mobo.theme.colours.clear());
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => mobo.theme.changed.emit("change"));
 
 mobo.rgb = (hex) => [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));

@@ -30,6 +30,12 @@ mobo.marks = (() => {
     mobo.el("svg.mark", { viewBox: "-9 -9 18 18", width: size, height: size, "aria-hidden": "true" },
       mobo.el("path", { d: path(name, 6.4), fill: colour }));
 
+  const packed = (pixels, reach) => ({
+    x: Int32Array.from(pixels, (p) => p.x), y: Int32Array.from(pixels, (p) => p.y), reach,
+    r: Uint8Array.from(pixels, (p) => p.colour[0]), g: Uint8Array.from(pixels, (p) => p.colour[1]),
+    b: Uint8Array.from(pixels, (p) => p.colour[2]), cover: Uint16Array.from(pixels, (p) => p.cover),
+  });
+
   // Pixels of a mark of radius r: offsets, and colours with how much they cover.
   const stamp = (name, r, fill, edge, edgeWidth) => {
     const polygon = of(name), size = Math.ceil(1.3 * (r + edgeWidth)) + 1, fine = 4;
@@ -48,11 +54,17 @@ mobo.marks = (() => {
           pixels.push({ x, y, colour, cover: Math.round((256 * whole) / (fine * fine)) });
         }
       }
-    return {
-      x: Int32Array.from(pixels, (p) => p.x), y: Int32Array.from(pixels, (p) => p.y), reach: size,
-      r: Uint8Array.from(pixels, (p) => p.colour[0]), g: Uint8Array.from(pixels, (p) => p.colour[1]),
-      b: Uint8Array.from(pixels, (p) => p.colour[2]), cover: Uint16Array.from(pixels, (p) => p.cover),
-    };
+    return packed(pixels, size);
+  };
+
+  const circle = (r, width, colour) => {
+    const size = Math.ceil(r + width), pixels = [];
+    for (let y = -size; y <= size; y++)
+      for (let x = -size; x <= size; x++) {
+        const covered = Math.min(Math.max(0.5 + width / 2 - Math.abs(Math.hypot(x, y) - r), 0), 1);
+        if (covered > 0.02) pixels.push({ x, y, colour, cover: Math.round(256 * covered) });
+      }
+    return packed(pixels, size);
   };
 
   // Press a stamp into an image of 32-bit pixels (red lowest), its middle at the pixel (cx, cy).
@@ -71,5 +83,5 @@ mobo.marks = (() => {
       }
     }
   };
-  return { path, icon, stamp, press };
+  return { path, icon, stamp, circle, press };
 })();

@@ -3,11 +3,12 @@
 mobo.Scatter = class {
   constructor(root, study, { x, y, known = false, small = false, title }) {
     Object.assign(this, { study, xName: x, yName: y, known, small });
-    this.canvas = mobo.el("canvas.points");
-    this.over = mobo.el("canvas.over", { tabindex: 0, role: "application", "aria-label": title,
+    this.canvas = mobo.el("canvas.points", { tabindex: 0, role: "application", "aria-label": title,
       "aria-roledescription": "scatter; arrows step from arm to arm, Enter opens one, plus and minus zoom, 0 shows all" });
     this.tip = mobo.el("div.tip", { hidden: true });
-    this.root = mobo.el(small ? "div.scatter.small" : "div.scatter", {}, this.canvas, this.over, this.tip);
+    this.root = mobo.el(small ? "div.scatter.small" : "div.scatter", {}, this.canvas, this.tip);
+    // Measured with software GL: opaque, and not held back for the rest of the page, it shows thrice the frames.
+    this.context = this.canvas.getContext("2d", { alpha: false, desynchronized: true });
     root.append(this.root);
     this.hover = -1;
     this.view = null;
@@ -31,8 +32,7 @@ mobo.Scatter = class {
     if (!(box.width > 0 && box.height > 0)) return;
     this.dpr = Math.min(devicePixelRatio || 1, 2);
     [this.width, this.height] = [Math.round(box.width), Math.round(box.height)];
-    for (const canvas of [this.canvas, this.over])
-      [canvas.width, canvas.height] = [Math.round(this.width * this.dpr), Math.round(this.height * this.dpr)];
+    [this.canvas.width, this.canvas.height] = [Math.round(this.width * this.dpr), Math.round(this.height * this.dpr)];
     this.frame = { left: this.small ? 46 : 58, top: 12, right: 14, bottom: this.small ? 38 : 46 };
     this.draw();
   }
@@ -65,6 +65,8 @@ mobo.Scatter = class {
       return mobo.marks.stamp(style.marker, r, fill, mobo.mixed(fill, ink, dark ? 0.75 : 0.45), 0.7 * this.dpr);
     });
     const grey = mobo.rgb(mobo.theme.colour("others"));
+    const ring = (name, width) => mobo.marks.circle((this.small ? 4.6 : 6.2) * this.dpr, width * this.dpr, mobo.rgb(mobo.theme.colour(name)));
+    this.rings = [ring("faint", 0.9), ring("ink", 1.5)]; // below the reach floor, and above
     return [...own, mobo.marks.stamp("o", 0.62 * r, grey, grey, 0)];
   }
   get n() { return this.study.n; }
@@ -74,7 +76,7 @@ mobo.Scatter = class {
     this.view ??= this.fitted();
     const began = performance.now();
     if (!this.stamps || this.stampDpr !== this.dpr) [this.stamps, this.stampDpr] = [this.#stamps(), this.dpr];
-    const context = this.canvas.getContext("2d"), { width, height } = this.canvas;
+    const { context } = this, { width, height } = this.canvas;
     if (!this.image || this.image.width !== width || this.image.height !== height) {
       this.image = context.createImageData(width, height);
       this.pixels = new Uint32Array(this.image.data.buffer);
@@ -94,15 +96,13 @@ mobo.Scatter = class {
     }
     const low = { x: d * inner.left, y: d * inner.top };
     const high = { x: d * (inner.left + inner.width), y: d * (inner.top + inner.height) };
-    for (let k = this.byStyle.length - 1; k >= 0; k--)
-      for (const row of this.byStyle[k]) {
-        if (!shown[row]) continue;
-        const px = (ax * xs[row] + bx) | 0, py = (ay * ys[row] + by) | 0;
-        if (px >= low.x && px <= high.x && py >= low.y && py <= high.y)
-          mobo.marks.press(this.pixels, width, height, this.stamps[k], px, py);
-      }
-    context.putImageData(this.image, 0, 0);
-    this.#axes(context);
+    const press = (row, stamp) => {
+      if (!shown[row]) return;
+      const px = (ax * xs[row] + bx) | 0, py = (ay * ys[row] + by) | 0;
+      if (px >= low.x && px <= high.x && py >= low.y && py <= high.y) mobo.marks.press(this.pixels, width, height, stamp, px, py);
+    };
+    for (let k = this.byStyle.length - 1; k >= 0; k--) for (const row of this.byStyle[k]) press(row, this.stamps[k]);
+    for (const row of this.study.meta.front) press(row, this.rings[this.study.raw.useful[row]]);
     this.paintOver();
     this.lastMs = performance.now() - began;
     this.frames = (this.frames ?? 0) + 1;
@@ -128,7 +128,6 @@ mobo.Scatter = class {
   #axes(context) {
     const { left, top, width, height } = this.inner;
     context.save();
-    context.scale(this.dpr, this.dpr);
     context.fillStyle = mobo.theme.colour("faint");
     context.font = `12px ${mobo.theme.colour("font")}`;
     context.textAlign = "center";
@@ -148,12 +147,13 @@ mobo.Scatter = class {
     context.restore();
   }
 
-  // What changes without the points: the front, known arms, what is pointed at, chosen, pinned.
+  // What changes without the points: known arms, what is pointed at, chosen, pinned.
   paintOver() {
-    if (!this.view || !this.width) return;
-    const context = this.over.getContext("2d"), { study } = this, { raw, shown } = study;
+    if (!this.view || !this.width || !this.image) return;
+    const { context, study } = this;
+    context.putImageData(this.image, 0, 0);
     context.setTransform(this.dpr, 0, 0, this.dpr, 0, 0);
-    context.clearRect(0, 0, this.width, this.height);
+    this.#axes(context);
     context.save();
     const { left, top, width, height } = this.inner;
     context.beginPath();
@@ -183,8 +183,6 @@ mobo.Scatter = class {
         context.fillText(`floor ${mobo.short(floor)}`, x + 4, top + 11);
       }
     }
-    for (const row of study.meta.front) // the raw front in thin rings, above the reach floor in full ones
-      if (shown[row]) circle(row, this.small ? 4.6 : 6.2, raw.useful[row] ? ink : mobo.theme.colour("faint"), raw.useful[row] ? 1.5 : 0.9);
     if (this.known) this.#names(context, at);
     for (const row of study.pins) circle(row, 9, mobo.theme.colour("pin"), 2.5);
     if (study.chosen >= 0) {
@@ -284,8 +282,8 @@ mobo.Scatter = class {
 
   #point(row, px, py) {
     if (row !== this.hover) { this.hover = row; this.drawOver(); }
-    if (row < 0) { this.tip.hidden = true; this.over.style.cursor = ""; return; }
-    this.over.style.cursor = "pointer";
+    if (row < 0) { this.tip.hidden = true; this.canvas.style.cursor = ""; return; }
+    this.canvas.style.cursor = "pointer";
     this.tip.replaceChildren(mobo.brief(this.study, row));
     this.tip.hidden = false;
     const right = px > this.width * 0.55, below = py < this.height * 0.45;
@@ -296,7 +294,7 @@ mobo.Scatter = class {
   }
 
   #listen() {
-    const over = this.over, fingers = new Map();
+    const over = this.canvas, fingers = new Map();
     let moved = 0;
     const place = (event) => { const box = over.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
     over.addEventListener("pointerdown", (event) => {
