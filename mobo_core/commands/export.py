@@ -1,10 +1,11 @@
-"""``mobo export``: arms as URDF, trials as a table."""
+"""``mobo export``: arms as URDF, trials as a table, studies for other tools."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from mobo_core.commands import export_optuna
 from mobo_core.commands.arms import add_arm_arguments, arm_urdf, refuse_arm
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import candidate_argument, read_bag_argument
@@ -15,8 +16,8 @@ def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "export",
-        help="arms as URDF, trials as a table",
-        description="Take arms or tables out of a study, for other tools.",
+        help="arms as URDF, trials as a table or for Optuna, a notebook",
+        description="Take arms, tables or all of a study out of its bag, for other tools.",
         epilog="examples:\n"
         "  mobo export urdf bags/demo_001 --top 3 -o arms\n"
         "  mobo export table bags/demo_001 -o trials.csv",
@@ -25,6 +26,7 @@ def add(verbs: Verbs) -> None:
     kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
     _add_urdf(kinds)
     _add_table(kinds)
+    export_optuna.add(kinds)
 
 
 def _add_urdf(kinds: Verbs) -> None:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import warnings
+from typing import TYPE_CHECKING
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.report.once import once
+from mobo_core.report.optuna_trials import optuna_trials
 from mobo_core.report.table import StudyTable
+
+if TYPE_CHECKING:
+    from optuna.trial import FrozenTrial
 
 _MOST_TRIALS = 3000  # evenly chosen; Optuna's trials take time and memory
 _FEWEST_TRIALS = 20
@@ -22,30 +26,19 @@ def importances(study: StudyRecord, table: StudyTable) -> dict[str, dict[str, fl
     """
     import optuna
     from optuna.importance import PedAnovaImportanceEvaluator, get_param_importances
-    from optuna.trial import FrozenTrial, create_trial
 
-    rows = table.complete[:: max(1, -(-len(table.complete) // _MOST_TRIALS))]
-    space, names = study.settings.space, study.settings.objectives
-    trials: list[FrozenTrial] = []
-    for row in rows:
-        candidate = study.candidate_of(row.trial)
-        try:
-            params = json.loads(candidate.params_json) if candidate is not None else {}
-            distributions = space.distributions(params) if params else {}
-            trials.append(create_trial(params=params, distributions=distributions, values=list(row.values)))
-        except (ValueError, KeyError, TypeError):  # a bag may claim anything
-            continue
+    trials = optuna_trials(study, table.complete[:: max(1, -(-len(table.complete) // _MOST_TRIALS))])
     if len(trials) < _FEWEST_TRIALS:
         return {}
+    found: dict[str, dict[str, float]] = {}
+    before = optuna.logging.get_verbosity()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # experimental, says Optuna
-        before = optuna.logging.get_verbosity()
         optuna.logging.set_verbosity(optuna.logging.ERROR)
         try:
-            made = optuna.create_study(directions=["minimize"] * len(names))
+            made = optuna.create_study(directions=["minimize"] * len(table.aims))
             made.add_trials(trials)
-            found: dict[str, dict[str, float]] = {}
-            for k, (name, aim) in enumerate(zip(names, table.aims, strict=True)):
+            for k, (name, aim) in enumerate(zip(study.settings.objectives, table.aims, strict=True)):
                 sign = -1.0 if aim.maximize else 1.0
 
                 def loss(trial: FrozenTrial, k: int = k, sign: float = sign) -> float:

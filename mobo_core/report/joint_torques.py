@@ -82,6 +82,7 @@ def held_arms(
         except MoboError:
             continue
         found.append(HeldArm(row, result, (result.reach, result.torque) == (row.reach, row.torque)))
+    progress(len(rows), len(rows))
     return found
 
 

@@ -23,6 +23,7 @@ _FEWEST, _MOST = 5, 60  # arms of a prefix
 _TOGETHER = 0.1  # of the arm's length; joints nearer than this to the one before are of one group
 _MOST_CLUSTERS = 4
 _ROUNDS = 50
+_CLEAR = 0.5  # silhouette, above which clusters are some (Kaufman and Rousseeuw, Finding Groups in Data, 1990)
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,8 @@ def clusters(table: StudyTable) -> list[Cluster]:
     """Return the clusters of link proportions among the study's best arms, the largest first.
 
     k-means (Lloyd, IEEE T-IT 28(2), 1982) from the arms farthest from one another, with the number of clusters, at
-    most four, whose mean silhouette (Rousseeuw, 1987) is the highest; one if that is below 0.25.
+    most four, whose mean silhouette (Rousseeuw, J. Comput. Appl. Math. 20, 1987) is the highest; one if that is 0.5 or
+    less.
     """
     all_arms = Group("", False, tuple(row for row in table.complete if len(row.lengths) == table.n_joints))
     rows = best_of(all_arms)
@@ -109,7 +111,7 @@ def clusters(table: StudyTable) -> list[Cluster]:
     lengths = np.array([row.lengths for row in rows])
     shares = lengths / np.maximum(lengths.sum(axis=1, keepdims=True), 1e-12)
     distances = np.sqrt(np.square(shares[:, None] - shares[None]).sum(axis=2))
-    best, labels = 0.25, np.zeros(len(rows), int)
+    best, labels = _CLEAR, np.zeros(len(rows), int)
     for k in range(2, min(_MOST_CLUSTERS, len(rows) - 1) + 1):
         found = _k_means(shares, distances, k)
         score = _silhouette(distances, found)

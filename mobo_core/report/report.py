@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Lock
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.outputs import make_folder, write_whole
@@ -56,7 +58,7 @@ def write_report(
     Args:
         study: as read from its bag.
         folder: made if it is not there; an older report in it is replaced.
-        progress: called with (done, in all): arms evaluated again for their joints' torques, then pictures.
+        progress: called with (done, in all): arms evaluated again for their joints' torques, and pictures.
         bag: as the page's commands name it; by default the study's path.
         pinned: trials to evaluate again whatever they are worth.
 
@@ -66,8 +68,12 @@ def write_report(
     table = study_table(study)
     report = Report(folder, study, table, groups(table))
     make_folder(folder)
-    arms = held_arms(study, table, progress, pinned)
-    figures = render(study, table, lambda done, total: progress(len(arms) + done, len(arms) + total))
+    parts = _Parts(progress)
+    # The kernel computes while the pictures are drawn.
+    with ThreadPoolExecutor(1) as beside:
+        evaluating = beside.submit(held_arms, study, table, parts.of("arms"), pinned)
+        figures = render(study, table, parts.of("pictures"))
+        arms = evaluating.result()
     tables = {
         "front": table_columns(table.front, table.n_joints, FRONT_COLUMNS),
         "trials": table_columns(table.rows, table.n_joints),
@@ -86,6 +92,22 @@ def write_report(
     for name, content in files.items():
         write_whole(folder / name, content)
     return report
+
+
+class _Parts:
+    """Adds up how far the parts of the work have come."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress, self._lock = progress, Lock()
+        self._parts: dict[str, tuple[int, int]] = {}
+
+    def of(self, name: str) -> Progress:
+        def told(done: int, total: int) -> None:
+            with self._lock:
+                self._parts[name] = (done, total)
+                self._progress(*(sum(part) for part in zip(*self._parts.values(), strict=True)))
+
+        return told
 
 
 def _table_files(tables: Mapping[str, Columns]) -> dict[str, bytes | str]:
