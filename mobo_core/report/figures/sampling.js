@@ -71,7 +71,7 @@ mobo.view("sampling", (root, data, study) => {
   // ---- the pictures
   const plot = el("div.plot");
   root.append(plot);
-  const keys = () => el("p.note.keys", {}, "Drag to move, scroll or pinch to zoom, click a dot for its arm. Keys: arrows from arm to arm, Enter opens, P pins, + \u2212 0 zoom. Better is to the lower right.");
+  const keys = () => el("p.note.keys", {}, "Drag to move, scroll or pinch to zoom, click a dot for its arm. Keys: arrows from arm to arm, Enter opens, P pins, + \u2212 0 zoom." + (objectives.join() === "reach,torque" ? " Better is to the lower right." : ""));
   if (objectives.length === 2) {
     const x = el("select", { "aria-label": "across" }, options(objectives[0])), y = el("select", { "aria-label": "up" }, options(objectives[1]));
     const scatter = mobo.mainScatter = new mobo.Scatter(plot, study, { x: objectives[0], y: objectives[1], known: true, title: "all arms by their objectives" });
