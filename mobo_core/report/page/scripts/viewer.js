@@ -119,7 +119,12 @@ mobo.Viewer = class {
       }
     }
     const reach = Math.max(robot.total, 0.05), floor = this.small ? null : meta.workspace_min[2];
-    const view = { ...mobo.Viewer.view, distance: (this.small ? 3.2 : 3.3) * reach / this.zoom, target: [0, 0, (this.small ? 0.3 : 0.26) * reach] };
+    const view = { ...mobo.Viewer.view, distance: 3.3 * reach / this.zoom, target: [0, 0, 0.26 * reach] };
+    if (this.small) { // as large as it will go
+      const points = placed.map(({ frame }) => frame[1]), ends = [0, 1, 2].map((k) => [Math.min(...points.map((p) => p[k])), Math.max(...points.map((p) => p[k]))]);
+      view.target = ends.map(([a, b]) => 0.5 * (a + b));
+      view.distance = 4 * Math.max(0.5 * Math.hypot(...ends.map(([a, b]) => b - a)), 0.3 * reach);
+    }
     if (!this.small) shapes.push(...mobo.surroundings(meta));
     mobo.scene.draw(canvas, view, shapes, { floor, shadow: mobo.rgb(mobo.theme.colour("shadow")) });
     if (this.small) return;
