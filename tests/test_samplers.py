@@ -84,5 +84,5 @@ def test_its_defaults_and_refusals() -> None:
 def test_it_is_in_the_help(options: type[OptimizerOptions]) -> None:
     """With what it brings."""
     texts = {parameter.name: parameter.description for parameter in parameters(options)}
-    expected = " como (in_flight 1), structured, random, forgetful or odd (in_flight 2, lengths sequential); "
+    expected = " nsga2, structured, random, forgetful or odd (in_flight 2, lengths sequential); "
     assert expected in texts["sampler"]

@@ -157,7 +157,8 @@ def _factory(task: Task) -> ForTrial:
     return for_trial
 
 
-# Its kernels have one random stream, which a resumed study goes through again.
+# Its kernels have one random stream, which a resumed study goes through again. Not offered any more: `structured` is
+# ahead of it, takes any number in flight, and gives the same bits everywhere.
 COMO = Sampler(
     "como",
     "COMO-CatCMA with margin (arXiv 2504.07884), for fractions and one trial in flight, or few",
@@ -165,4 +166,5 @@ COMO = Sampler(
     stateful=True,
     unfit=_unfit,
     defaults={"in_flight": 1},
+    offered=False,
 )

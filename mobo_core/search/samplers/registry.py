@@ -14,9 +14,10 @@ SAMPLERS = Registry("sampler", "mobo.samplers", Sampler, (TPE, TPE_UNIVARIATE, P
 
 
 def sampler_names() -> str:
-    """Return all names for people, each with what it sets unless told otherwise: ``tpe, paper (in_flight 1) or …``."""
+    """Return the names offered to people, each with what it sets unless told otherwise: ``paper (in_flight 1)``."""
     *others, last = (
         sampler.name + (f" ({', '.join(f'{k} {v}' for k, v in sampler.defaults.items())})" if sampler.defaults else "")
         for sampler in SAMPLERS.values()
+        if sampler.offered
     )
     return f"{', '.join(others)} or {last}"

@@ -65,6 +65,7 @@ class Sampler:
             as in ``mine with sequential lengths: it draws fractions alone``.
         defaults: of settings that are not named, where it has others than mobo: ``in_flight``, ``n_startup_trials``,
             or one of the space, such as ``lengths``.
+        offered: whether help names it. One that is not is for bags that name it: they verify and resume.
     """
 
     name: str
@@ -73,3 +74,4 @@ class Sampler:
     stateful: bool = False
     unfit: Callable[[DesignSpace, tuple[str, ...]], str] = _fits
     defaults: Mapping[str, int | float | str] = field(default_factory=dict)
+    offered: bool = True
