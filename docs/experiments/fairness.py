@@ -22,7 +22,7 @@ from mobo_core.search.samplers.structured.orders import twins
 FILE = Path(__file__).with_name("long_search.npz")
 LEAST_REACH = 10.0
 HEADINGS = (
-    "study", "sampler", "trials", "hypervolume", "orders tried", "short, mean", "within 3", "within 1.5",
+    "study", "sampler", "trials", "hypervolume", "orders tried", "that reach 10", "best reach, mean of all", "short, mean", "within 3", "within 1.5",
     "own hypervolume, short", "within 0.015", "twins apart, worst", "within 2",
 )  # fmt: skip
 Values = list[tuple[float, float]]
@@ -64,6 +64,8 @@ def row(rows: Sequence[Any], settings: mobo.StudySettings, long: dict[str, Long]
     return [
         f"{hypervolume([value for values in own.values() for value in values], aims):.4f}",
         f"{len(own)}",
+        f"{sum(reach >= LEAST_REACH for reach in best.values())}",
+        f"{sum(best.values()) / settings.space.n_orders:.1f}",
         f"{short.mean():.2f}",
         f"{(short <= 3.0).mean():.1%}",
         f"{(short <= 1.5).mean():.1%}",
