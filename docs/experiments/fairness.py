@@ -22,7 +22,8 @@ from mobo_core.search.samplers.structured.orders import twins
 FILE = Path(__file__).with_name("long_search.npz")
 LEAST_REACH = 10.0
 HEADINGS = (
-    "study", "sampler", "trials", "hypervolume", "orders tried", "that reach 10", "best reach, mean of all", "short, mean", "within 3", "within 1.5",
+    "study", "sampler", "trials", "hypervolume", "orders tried", "that reach 10", "best reach, mean of all",
+    "short, mean", "within 3", "within 1.5",
     "own hypervolume, short", "within 0.015", "twins apart, worst", "within 2",
 )  # fmt: skip
 Values = list[tuple[float, float]]
