@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import signal
 import subprocess
 import sys
 
@@ -108,12 +109,13 @@ def test_nodes_refuse_unknown_words(nodes: Nodes, executable: str) -> None:
 @pytest.mark.ros
 @pytest.mark.parametrize("executable", ["optimizer", "evaluator", "study", "control"])
 def test_ctrl_c_at_the_start_leaves_no_traceback(nodes: Nodes, executable: str) -> None:
-    """Whatever it was just loading; and no bag."""
+    """Whatever it was just loading, started as `ros2 run` starts it; and no bag."""
     words = ["status"] if executable == "control" else []
     for after_s in (0.15, 0.3, 0.8):
         node = subprocess.Popen(
             [sys.executable, "-m", f"mobo.{executable}", *words], env=nodes.environment, cwd=nodes.folder,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            preexec_fn=lambda: signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}),
         )  # fmt: skip
         with pytest.raises(subprocess.TimeoutExpired):
             node.wait(after_s)

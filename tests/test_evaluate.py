@@ -420,6 +420,7 @@ def start(code: str, **environment: str) -> subprocess.Popen[str]:
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(400)
 def test_two_processes_compile_once_and_to_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of two processes with an empty cache one compiles, both wait for whoever does, and say so; and what they
     compile for the plainest of processors gives, to the bit, what is compiled for this one.
@@ -437,7 +438,7 @@ def test_two_processes_compile_once_and_to_the_same_bits(tmp_path: Path, monkeyp
         both = [start("import test_evaluate; print(test_evaluate.fingerprint())", **plainest) for _ in range(2)]
         said = [process.stderr.readline() if process.stderr else "" for process in both]
     assert ["waiting for another process that compiles" in line for line in said] == [True, True]
-    ends = [process.communicate(timeout=100) for process in both]
+    ends = [process.communicate(timeout=300) for process in both]
     assert [process.returncode for process in both] == [0, 0], ends
     compiled = [line for _, stderr in ends for line in stderr.splitlines() if "compiling the evaluation kernel" in line]
     assert 0 < len(compiled) == len(set(compiled))  # each number of joints by one of them
