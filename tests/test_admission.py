@@ -61,7 +61,7 @@ def test_another_engine_or_kernel_gets_no_work_and_is_named_once(
 def test_a_study_that_names_no_engine_goes_by_its_first_evaluators() -> None:
     """The others are refused from then on; that values are invented is a warning."""
     said: list[str] = []
-    admission = Admission("", said.append, lambda line: said.append(f"WARN {line}"))
+    admission = Admission("", said.append, lambda line: said.append(f"WARN {line}"), "paper")
     assert admission.admits(heartbeat("a", "simulated"), 0.0)
     assert said == ["WARN the study goes by engine simulated, which invents values: that of a, which joined first"]
     assert not admission.admits(heartbeat("b"), 0.0) and admission.engine == "simulated"
@@ -69,7 +69,7 @@ def test_a_study_that_names_no_engine_goes_by_its_first_evaluators() -> None:
 
 def test_a_flood_of_names_is_not_recorded() -> None:
     """A thousand may join at once, then one a second."""
-    admission = Admission("", lambda line: None, lambda line: None)
+    admission = Admission("", lambda line: None, lambda line: None, "paper")
     joined = sum(admission.admits(heartbeat(f"e{i}", "simulated"), 0.001 * i) for i in range(5000))
     assert 1000 <= joined <= 1006
     assert admission.admits(heartbeat("late", "simulated"), 60.0)

@@ -221,6 +221,7 @@ def test_a_study_its_report_and_going_on(shell: Shell) -> None:
     assert {"front.csv", "trials.csv", "joint_torques.csv", "index.html"} <= set(os.listdir(shell.folder / "report"))
     assert shell.mobo(verify) == (
         "good: 6 trials told (0 failed), 6 candidates, 6 designs asked again, 6 evaluations made again\n"
+        "hash chain whole\n"
     )
     assert shell.mobo(evaluate).endswith("bag     the same, to the bit\n")
     assert shell.mobo(export) == "arm.urdf\n"

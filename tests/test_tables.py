@@ -16,7 +16,7 @@ from studies import mobo
 from mobo_core.bag.collector import read_study
 from mobo_core.errors import InputError
 from mobo_core.report.console import console_for, front_table, prefix_table
-from mobo_core.report.page import study_page
+from mobo_core.report.page.study_page import study_page
 from mobo_core.report.prefixes import groups
 from mobo_core.report.table import StudyTable, study_table
 

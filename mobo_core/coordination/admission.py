@@ -24,13 +24,14 @@ class Admission:
         engine: that the study goes by; "" for that of the first evaluator that joins.
         log: takes lines for people.
         warn: takes lines on what goes wrong.
+        ik_mode: of the study's spec; the reference engine has ``paper`` alone.
 
     Attributes:
         engine: that the study goes by, "" as long as nobody knows.
     """
 
-    def __init__(self, engine: str, log: Callable[[str], None], warn: Callable[[str], None]) -> None:
-        self.engine, self._log, self._warn = engine, log, warn
+    def __init__(self, engine: str, log: Callable[[str], None], warn: Callable[[str], None], ik_mode: str) -> None:
+        self.engine, self._log, self._warn, self._ik_mode = engine, log, warn, ik_mode
         self._named: set[str] = set()
         self._joins, self._at = float(_JOINS), 0.0
 
@@ -56,6 +57,8 @@ class Admission:
     def _fault(self, status: EvaluatorStatus) -> str:
         if self.engine and status.engine != self.engine:
             return f"its engine is {status.engine or 'unknown'}, the study's {self.engine}"
+        if status.engine == "reference" and self._ik_mode != "paper":
+            return f"its engine, reference, lacks ik_mode {self._ik_mode}"
         if status.engine in _OF_THE_KERNEL and status.kernel_hash != self._kernel_hash:
             version = status.mobo_version or "of an unknown version"
             return f"its kernel (mobo {version}) is another than here ({__version__})"

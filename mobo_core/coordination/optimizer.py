@@ -70,7 +70,7 @@ class Optimizer:
         self.controls = Controls(bag.name, settings.space, self._record_command)
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = log, warn
-        self._admission = Admission(bag.settings.engine, log, warn)
+        self._admission = Admission(bag.settings.engine, log, warn, settings.spec.ik_mode)
         bag.note(max_attempts=dispatcher.max_attempts)
         self._spec_message = spec_to_message(settings.spec)
         self._xacro = PreparedXacro(settings.space)

@@ -25,14 +25,18 @@ def main() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the evaluator decides
     connection = Connection(descriptor)
     from mobo_core.coordination.answer import Answering
-    from mobo_core.messages import Candidate, decode, encode
+    from mobo_core.messages import Candidate, Evaluation, decode, encode
 
     try:
         answering: Answering = connection.recv()
         connection.send_bytes(json.dumps(answering.load()).encode())
         while True:
             candidate = decode(Candidate, connection.recv_bytes())
-            connection.send_bytes(encode(answering.answer(candidate)))
+            try:
+                answer = encode(answering.answer(candidate))
+            except MemoryError:  # on the way out of another one, or for the message itself
+                answer = encode(answering.refusal(candidate, Evaluation.FAILED, "MemoryError"))
+            connection.send_bytes(answer)
     except (EOFError, BrokenPipeError, ConnectionResetError):
         pass
 
