@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
+from nodes import values
 from studies import mobo, run_study
 
 from mobo_core.bag import study_bag
@@ -35,6 +36,7 @@ from mobo_core.messages import (
 )
 from mobo_core.search.study import StudySettings
 from mobo_core.verify import records
+from mobo_core.verify.spot import SpotCheck
 from mobo_core.verify.verify import verify
 
 N = 12
@@ -429,3 +431,41 @@ def test_an_honest_study_by_the_reference_engine_verifies_by_it(tmp_path: Path) 
     study = read_study(bag)
     assert {candidate.engine for candidate in study.candidates} == {"reference"}
     assert not verify(study, workers=1).faults
+
+
+@pytest.mark.parametrize("before", [0, 1, 5, N])
+def test_a_bag_cut_before_a_trial_goes_on_as_the_honest_study(bag: Path, tmp_path: Path, before: int) -> None:
+    """What a liar made of trial 5 is gone, it verifies, and resumed it comes to the honest study's trials."""
+    messages = messages_of(bag)
+    if before <= 5:
+        LIES["failed thrice by a stranger"][0](messages)
+    copy = written(tmp_path / "bag", read_bag(bag)[0].record, messages)
+    (copy / "notes.txt").write_text("mine")
+    assert mobo("bag", "cut", copy, "--before", before) == 0
+    cut = verify(read_study(copy), workers=1)
+    assert not cut.faults and cut.trials == before and "begins anew" in cut.notes[0]
+    assert (copy / "notes.txt").read_text() == "mine" and len(read_study(tmp_path / "bag_uncut").trials) == N
+    run_study(copy, N, settings=SETTINGS, resume=True)
+    assert not faults(copy)
+    if before > 3:  # the enqueued arm is part of it
+        assert values(copy) == values(bag)
+
+
+def test_a_bag_is_not_cut_behind_its_end(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One line, exit code 2, nothing touched."""
+    copy = Path(shutil.copytree(bag, tmp_path / "bag"))
+    for before in (N + 1, -1):
+        assert mobo("bag", "cut", copy, "--before", before) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+    assert not faults(copy) and not list(tmp_path.glob("*uncut*"))
+
+
+def test_a_look_at_a_bag_that_goes_on_finds_what_does_not_verify(bag: Path, tmp_path: Path) -> None:
+    """In a process of its own: nothing of an honest one, the trial and the remedy of another."""
+    messages = messages_of(bag)
+    LIES["rejected by a stranger"][0](messages)
+    copy = written(tmp_path / "bag", read_bag(bag)[0].record, messages)
+    looks = [SpotCheck(folder) for folder in (bag, copy)]
+    honest, lied = (look.lines(wait=True) for look in looks)
+    assert not honest and not looks[1].lines()
+    assert lied[0].startswith("trial 5, status: ") and lied[-1].endswith(f"cut {copy} --before 5 is the remedy")

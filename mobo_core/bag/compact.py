@@ -5,12 +5,13 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
+from collections.abc import Iterable
 from pathlib import Path
 
 from mobo_core.bag.chain import beginning
 from mobo_core.bag.files import METADATA_FILE, bag_files, write_metadata
 from mobo_core.bag.lock import LOCK_FILE
-from mobo_core.bag.reader import FileContent, first_record, stream, with_sessions
+from mobo_core.bag.reader import Entry, FileContent, first_record, stream, with_sessions
 from mobo_core.bag.recover import read_through
 from mobo_core.bag.writer import CHUNK_BYTES, McapFile, custom_data
 from mobo_core.errors import InputError, StudyError
@@ -30,15 +31,31 @@ def compact_bag(folder: Path) -> tuple[int, int]:
         StudyError: no room, or a file system on which folders cannot change places; the old bag is as it was.
     """
     folder, contents = whole_bag(folder)
-    record = first_record(contents)
-    new = aside(folder)
+    chain = beginning("compacted", files=str(len(contents)), was=contents[-1].digest)
+    before = sum(content.path.stat().st_size for content in contents)
+    written = rewrite_bag(folder, first_record(contents), with_sessions(c.path for c in contents), chain)
+    return before, written.stat().st_size
+
+
+def rewrite_bag(
+    folder: Path,
+    record: dict[str, str],
+    messages: Iterable[tuple[dict[str, str], Entry]],
+    chain: dict[str, str],
+    keep_as: Path | None = None,
+) -> Path:
+    """Put one file of (record of its session, message) in the place of a bag's files; return its path.
+
+    See :func:`compact_bag`, also for errors. ``keep_as``: where the old bag goes to, instead of being removed.
+    """
+    new = _aside(folder)
     _clear(new, folder)
     new.mkdir()
+    kept = None
     try:
-        chain = beginning("compacted", files=str(len(contents)), was=contents[-1].digest)
         file = McapFile(new / f"{folder.name}_0.mcap", record, CHUNK_BYTES, chain=chain)
         digest, said = [], record
-        for session, entry in with_sessions(content.path for content in contents):
+        for session, entry in messages:
             if session != said:
                 file.session(said := session)
             file.copy(entry.channel, entry.data, entry.time_ns)
@@ -50,12 +67,12 @@ def compact_bag(folder: Path) -> tuple[int, int]:
         write_metadata(new, [file.summary], custom_data(record))
         for path in (new / METADATA_FILE, new):
             _sync(path)
-        before = sum(content.path.stat().st_size for content in contents)
         _exchange(new, folder)
+        kept = keep_as
         _sync(folder.parent)
     finally:
-        _clear(new, folder)
-    return before, (folder / file.path.name).stat().st_size
+        _clear(new, folder, kept)
+    return folder / file.path.name
 
 
 def whole_bag(folder: Path) -> tuple[Path, list[FileContent]]:
@@ -79,20 +96,15 @@ def whole_bag(folder: Path) -> tuple[Path, list[FileContent]]:
     return folder, contents
 
 
-def aside(folder: Path) -> Path:
-    """Return where a bag is written that shall take the place of the one in a folder.
-
-    Raises:
-        InputError: a link is there.
-    """
+def _aside(folder: Path) -> Path:
     new = folder.with_name(f".{folder.name}.compacting")
     if new.is_symlink() or (new.exists() and not new.is_dir()):
         raise InputError("is a link or a file", where=str(new), expected="nothing there")
     return new
 
 
-def _clear(aside: Path, folder: Path) -> None:
-    """Remove the bag that stands aside, after moving into the folder what is not of the bag."""
+def _clear(aside: Path, folder: Path, keep_as: Path | None = None) -> None:
+    """Remove the bag that stands aside, or keep it elsewhere; what is not of the bag moves into the folder first."""
     if not aside.is_dir():
         return
     own = {METADATA_FILE, LOCK_FILE}
@@ -104,6 +116,9 @@ def _clear(aside: Path, folder: Path) -> None:
             if os.path.lexists(folder / entry.name):
                 raise StudyError(f"{entry}: is in {folder} too; move one of them away")
             os.rename(entry, folder / entry.name)
+    if keep_as is not None:
+        os.rename(aside, keep_as)
+        return
     for entry in aside.iterdir():
         entry.unlink()
     aside.rmdir()

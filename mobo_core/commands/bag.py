@@ -1,4 +1,4 @@
-"""``mobo bag``: what a bag holds, mending one that was cut off, and making it small."""
+"""``mobo bag``: what a bag holds, mending one that was cut off, making it small, cutting it before a trial."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import Any
 
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import lock_holder, notice, read_with_notice
-from mobo_core.errors import StudyError
+from mobo_core.errors import InputError, StudyError
 
 
 def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "bag",
-        help="what a bag holds; mend one that was cut off; make it small",
-        description="Look into a bag, mend it, or make it small.",
+        help="what a bag holds; mend, compact or cut it",
+        description="Look into a bag, mend it, make it small, or cut it before a trial.",
         epilog="examples:\n  mobo bag info bags/demo_001\n  mobo bag recover bags/demo_001\n"
-        "  mobo bag compact bags/demo_001",
+        "  mobo bag compact bags/demo_001\n  mobo bag cut bags/demo_001 --before 40",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
@@ -56,6 +56,17 @@ def add(verbs: Verbs) -> None:
     )
     compact.add_argument("bag", metavar="BAG", help="folder of a bag that no optimizer writes to")
     compact.set_defaults(run=run_compact)
+    cut = kinds.add_parser(
+        "cut",
+        help="keep what came before a trial; a resumed study asks anew from there",
+        description="Keep of a bag what was recorded until the trial before N was told, and nothing of later trials:\n"
+        "the remedy for answers that do not verify. The bag as it was is kept beside it, as BAG_uncut.",
+        epilog="example:\n  mobo bag cut bags/demo_001 --before 40",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    cut.add_argument("bag", metavar="BAG", help="folder of a bag that no optimizer writes to")
+    cut.add_argument("--before", type=int, metavar="N", required=True, help="first trial that goes")
+    cut.set_defaults(run=run_cut)
 
 
 def run_info(args: argparse.Namespace) -> int:
@@ -163,6 +174,29 @@ def run_compact(args: argparse.Namespace) -> int:
     except OSError as error:
         raise StudyError(f"{path}: cannot be compacted ({error.strerror or error})") from None
     print(f"{path}: {_count(n_files, 'file')} of {_size(before)}, now one of {_size(after)}")
+    return 0
+
+
+def run_cut(args: argparse.Namespace) -> int:
+    """Cut a bag and say where the whole one is."""
+    from mobo_core.bag.cut import cut_bag
+    from mobo_core.bag.files import bag_files
+    from mobo_core.bag.lock import BagLock
+
+    if args.before < 0:
+        raise InputError(str(args.before), where="--before", expected="a whole number from 0 up")
+    path = Path(args.bag)
+    bag_files(path)
+    try:
+        lock = BagLock(path if path.is_dir() else path.parent, "mobo bag cut")
+        try:
+            with notice(f"cutting {args.bag}"):
+                whole = cut_bag(path, args.before)
+        finally:
+            lock.release()
+    except OSError as error:
+        raise StudyError(f"{path}: cannot be cut ({error.strerror or error})") from None
+    print(f"{path}: cut before trial {args.before}; as it was: {whole}")
     return 0
 
 

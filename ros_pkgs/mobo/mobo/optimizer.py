@@ -29,6 +29,7 @@ from mobo_core.coordination.stop import Stop
 from mobo_core.errors import MoboError
 from mobo_core.evaluation.advice import space_advice
 from mobo_core.messages import decode, encode
+from mobo_core.verify.spot import SpotCheck
 from mobo_msgs.msg import Candidate, Command, Evaluation, EvaluatorStatus, StudyStatus, Trial
 
 HELP = help_text(
@@ -71,11 +72,12 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         return 1
     if notice := plan.notice(options):
         log(notice)
-    optimizer = None
+    optimizer = spot = None
     try:
         claim.hold()
         past = bag.past()
         n_trials = total_trials(options, past.n_trials, len(past.trials)) if past is not None else options.n_trials
+        spot = SpotCheck(folder) if past is not None and past.trials else None
         dispatcher = Dispatcher(
             lease_s=options.lease_s,
             max_attempts=options.max_attempts,
@@ -108,6 +110,8 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             optimizer.record_status(messages.StudyStatus.RUNNING)
         while not (stop or optimizer.done or optimizer.controls.stopped):
             executor.spin_once(timeout_sec=_TICK_S)
+            warn_of(spot, node)
+        warn_of(spot, node, wait=optimizer.done)
         report()
         final = optimizer.end()
         bag.close()
@@ -123,6 +127,15 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             publishers["study"].publish(encode(optimizer.status(messages.StudyStatus.FAILED, str(error))))
             publishers["study"].wait_for_all_acked(Duration(seconds=1))
         raise
+    finally:
+        if spot is not None:
+            spot.close()
+
+
+def warn_of(spot: SpotCheck | None, node: Node, *, wait: bool = False) -> None:
+    """Warn of what the look at a resumed bag has found."""
+    for line in spot.lines(wait) if spot is not None else ():
+        node.get_logger().warning(line)
 
 
 def main() -> int:
