@@ -2,11 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+
+def visible(text: str) -> str:
+    """Return a text that came from outside as one line, what cannot be printed escaped: nothing of it speaks to us."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+
+
+def visibly(take: Callable[[str], None]) -> Callable[[str], None]:
+    """Return a function that hands on lines made visible."""
+
+    def say(line: str) -> None:
+        take(visible(line))
+
+    return say
+
 
 class MoboError(Exception):
-    """Base of all errors mobo raises on purpose. As the end of a command: exit code 1."""
+    """Base of all errors mobo raises on purpose. As the end of a command: exit code 1.
+
+    Args:
+        text: one line; what of it cannot be printed is made visible.
+    """
 
     exit_code = 1
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(visible(text))
 
 
 class InputError(MoboError):

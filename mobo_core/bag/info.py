@@ -93,5 +93,5 @@ def _evaluators(study: StudyRecord) -> list[dict[str, Any]]:
 def _json(text: str) -> Any:
     try:
         return json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return text

@@ -90,7 +90,7 @@ def settings_of(record: dict[str, str], where: str) -> StudySettings:
             },
             where=where,
         )
-    except (KeyError, ValueError) as error:
+    except (KeyError, ValueError, TypeError, RecursionError) as error:
         raise InputError(f"metadata record not readable ({error!r:.80})", where=where, expected="a study") from None
 
 

@@ -157,6 +157,6 @@ def _design(study: StudyRecord, number: int) -> Design:
     assert candidate is not None
     try:
         return study.settings.space.design(json.loads(candidate.params_json))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         where = f"{study.path} trial {number}"
         raise InputError(f"params_json not readable ({error!s:.80})", where=where, expected="parameters") from None

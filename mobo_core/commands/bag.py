@@ -11,7 +11,7 @@ from typing import Any
 
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import lock_holder, notice, read_with_notice
-from mobo_core.errors import InputError, StudyError
+from mobo_core.errors import InputError, StudyError, visible
 
 
 def add(verbs: Verbs) -> None:
@@ -110,7 +110,7 @@ def _print(info: dict[str, Any]) -> None:
     if trials["told_twice"]:
         lines.append(("fault", "told twice: trial " + ", ".join(map(str, trials["told_twice"][:20]))))
     for name, text in lines:
-        print(f"{name:10}{text}")
+        print(visible(f"{name:10}{text}"))
     print("files")
     for i, file in enumerate(info["files"]):
         running = writer and i + 1 == len(info["files"]) and file["state"] == "cut off"
@@ -118,14 +118,14 @@ def _print(info: dict[str, Any]) -> None:
         print(f"  {file['name']:30}  {file['messages']:>7} messages  {_size(file['bytes']):>9}  {state}")
     print("topics")
     for topic, count in info["topics"].items():
-        print(f"  {topic:30}  {count:>7}")
+        print(visible(f"  {topic:30}  {count:>7}"))
     print("evaluators")
     for who in info["evaluators"]:
         words = [f"{who['share']:.0%} of the trials", f"{who['answers']} answers"]
         words += [_count(who["workers"], "worker")] if who["workers"] else []
         words += [str(who[key]) for key in ("engine", "host") if who[key]]
         words += [f"lost {_count(who['lost'], 'time')}"] if who["lost"] else []
-        print(f"  {who['name']:30}  {', '.join(words)}")
+        print(visible(f"  {who['name']:30}  {', '.join(words)}"))
 
 
 def run_recover(args: argparse.Namespace) -> int:

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib
 import os
 import sys
 from collections.abc import Sequence
 
 from mobo_core.commands.parsing import Parser
-from mobo_core.errors import MoboError
+from mobo_core.errors import MoboError, visible
 from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
@@ -61,16 +62,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
     args = top.parse_args(arguments)
     try:
         code: int = args.run(args)
+        sys.stdout.flush()
         return code
     except MoboError as error:
         print(f"mobo {args.verb}: {error}", file=sys.stderr)
         return error.exit_code
+    except (MemoryError, RecursionError) as error:
+        what = "not enough memory" if isinstance(error, MemoryError) else "nested too deeply"
+        print(f"mobo {args.verb}: {what}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         return 130
     except BrokenPipeError:  # the reader of our output has enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _no_more_output()
         return 0
+    except OSError as error:  # such as a full disk behind our output, or no more files to open
+        _no_more_output()
+        where = f"{error.filename}: " if error.filename is not None else ""
+        print(visible(f"mobo {args.verb}: {where}{error.strerror or error}"), file=sys.stderr)
+        return 1
+
+
+def _no_more_output() -> None:
+    """Let what waits to be printed go nowhere, without a word at the interpreter's end."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from pathlib import Path
 from mobo_core.bag.lock import LOCK_FILE, MAX_LOCK_BYTES, holder_name, open_lock
 from mobo_core.bag.record import StudyRecord
 from mobo_core.commands import progress
-from mobo_core.errors import InputError
+from mobo_core.errors import InputError, visible
 from mobo_core.messages import Candidate
 
 
@@ -63,7 +63,7 @@ def fault_lines(study: StudyRecord) -> list[str]:
         if content.fault:
             last = content is study.contents[-1]
             fault = f"still written to by {writer}" if writer and last and content.cut_off else content.fault
-            lines.append(f"{content.path}: {fault}; {len(content.entries)} messages read")
+            lines.append(visible(f"{content.path}: {fault}; {len(content.entries)} messages read"))
     return lines
 
 

@@ -18,7 +18,7 @@ from mobo_core.coordination.leases import Dispatch, Verdict
 from mobo_core.coordination.progress import Progress
 from mobo_core.design.description import TIP_LINK
 from mobo_core.design.prepared import PreparedXacro
-from mobo_core.errors import InputError
+from mobo_core.errors import InputError, visibly
 from mobo_core.evaluation.spec_message import spec_to_message
 from mobo_core.messages import (
     UNABLE,
@@ -69,8 +69,8 @@ class Optimizer:
         self._progress = Progress(bag.name, settings)
         self.controls = Controls(bag.name, settings.space, self._record_command)
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
-        self._log, self._warn = log, warn
-        self._admission = Admission(bag.settings.engine, log, warn, settings.spec.ik_mode)
+        self._log, self._warn = visibly(log), visibly(warn)
+        self._admission = Admission(bag.settings.engine, self._log, self._warn, settings.spec.ik_mode)
         bag.note(max_attempts=dispatcher.max_attempts)
         self._spec_message = spec_to_message(settings.spec)
         self._xacro = PreparedXacro(settings.space)

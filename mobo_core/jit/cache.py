@@ -21,8 +21,11 @@ def _to_stderr(text: str) -> None:
 
 def cache_base() -> Path:
     """Return the folder that holds all of mobo's caches: below MOBO_CACHE, XDG_CACHE_HOME or ~/.cache."""
-    base = Path(os.environ.get("MOBO_CACHE") or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return base / "mobo"
+    base = os.environ.get("MOBO_CACHE") or os.environ.get("XDG_CACHE_HOME")
+    try:
+        return (Path(base) if base else Path.home() / ".cache") / "mobo"
+    except RuntimeError:  # no home: nothing can be kept
+        return Path(os.devnull) / "mobo"
 
 
 class Cache:

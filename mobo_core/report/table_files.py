@@ -9,19 +9,29 @@ import io
 from pathlib import Path
 from types import ModuleType
 
-from mobo_core.errors import InputError
+from mobo_core.errors import InputError, visible
 from mobo_core.outputs import write_whole
 from mobo_core.report.columns import Columns
 
 
 def to_csv(columns: Columns) -> str:
-    """Return columns as CSV; floats with as many digits as reading them back exactly takes, True as 1."""
+    """Return columns as CSV; floats with as many digits as reading them back exactly takes, True as 1.
+
+    A text that a spreadsheet would take for a formula is quoted as spreadsheets expect: ``'=1+1``.
+    """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(columns)
     for values in zip(*columns.values(), strict=True):
-        writer.writerow([int(value) if isinstance(value, bool) else value for value in values])
+        writer.writerow(map(_cell, values))
     return out.getvalue()
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, str):
+        shown = visible(value)
+        return f"'{shown}" if shown.startswith(("=", "+", "-", "@")) else shown
+    return int(value) if isinstance(value, bool) else value
 
 
 def check_table_path(path: Path) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.validity import values_of
 from mobo_core.coordination.answer import AUDIT_POSES, result_fields, simulated
-from mobo_core.errors import InputError
+from mobo_core.errors import InputError, visible
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.result import Result
 from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus
@@ -168,7 +168,7 @@ def faults_of(again: Again, unsaid: set[int]) -> tuple[list[Fault], list[str]]:
     if not again.evaluates:
         return faults, []
     if again.trial in unsaid:
-        return faults, [f"trial {again.trial}: {again.evaluates}; an older mobo's bag, which says no more"]
+        return faults, [visible(f"trial {again.trial}: {again.evaluates}; an older mobo's bag, which says no more")]
     return [*faults, Fault(again.trial, "state", again.evaluates)], []
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from mobo_core.errors import visible
+
 
 class Fault(NamedTuple):
     """Something in a bag that is not as it must be.
@@ -19,4 +21,5 @@ class Fault(NamedTuple):
     text: str
 
     def __str__(self) -> str:
-        return f"trial {self.trial}, {self.field}: {self.text}" if self.trial >= 0 else f"{self.field}: {self.text}"
+        where = f"trial {self.trial}, " if self.trial >= 0 else ""
+        return visible(f"{where}{self.field}: {self.text}")

@@ -69,7 +69,7 @@ def _params(study: StudyRecord, row: Row) -> dict[str, float]:
     candidate = study.candidate_of(row.trial)
     try:
         params = json.loads(candidate.params_json) if candidate is not None else {}
-    except ValueError:
+    except (ValueError, RecursionError):
         return {}
     return {name: value for name, value in params.items() if isinstance(value, float)} if type(params) is dict else {}
 

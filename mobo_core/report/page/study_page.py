@@ -163,6 +163,6 @@ def _wanted(objectives: Sequence[str]) -> str:
 def _json(text: str) -> dict[str, object]:
     try:
         values = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return {"": text}
     return values if isinstance(values, dict) else {"": text}
