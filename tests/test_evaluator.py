@@ -129,3 +129,14 @@ def test_workers_that_do_not_start_end_it() -> None:
     scene.pool.broken = True
     with pytest.raises(StudyError, match="workers do not start"):
         scene.evaluator.collect()
+
+
+def test_candidates_beyond_all_measure_are_not_held() -> None:
+    """Too many, too large, or of a study with a name that no heartbeat could carry: told and ignored."""
+    scene = Scene().ready()
+    scene.evaluator.on_candidate(encode(Candidate(study="x" * 300, trial=1, evaluator="e")))
+    scene.evaluator.on_candidate(encode(Candidate(study="s", trial=1, evaluator="e", urdf="x" * 3_000_000)))
+    assert not scene.pool.candidates and len(scene.warned) == 2
+    for trial in range(200):
+        scene.evaluator.on_candidate(candidate(trial))
+    assert len(scene.pool.candidates) == len(scene.pool) + 64 and "held already" in scene.warned[-1]

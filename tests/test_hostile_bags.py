@@ -8,8 +8,10 @@ import tracemalloc
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import lz4.frame
+import numpy as np
 import pytest
 import zstandard
 from mcap.data_stream import RecordBuilder
@@ -22,6 +24,7 @@ from mobo_core.bag.files import METADATA_FILE, bag_files
 from mobo_core.bag.record import study_record
 from mobo_core.bag.writer import McapFile
 from mobo_core.errors import InputError
+from mobo_core.messages import Candidate, encode
 from mobo_core.search.study import StudySettings
 
 
@@ -174,3 +177,17 @@ def test_a_metadata_file_that_makes_no_sense_ends_nothing(bag: Path, text: str |
     assert len(read_study(bag).trials) == 10
     assert mobo("bag", "recover", bag) == 0
     assert "bag_1.mcap" in (bag / METADATA_FILE).read_text()
+
+
+@pytest.mark.parametrize(
+    "fields", [{"lengths": np.zeros(200_000)}, {"lengths": np.full(6, np.nan)}, {"joints": "Q" * 100_000}]
+)
+def test_messages_that_no_mobo_wrote_are_refused(tmp_path: Path, fields: dict[str, Any]) -> None:
+    """Lengths without end, or that are no numbers, and names of many kilobytes: one line, whatever reads the bag."""
+    folder = tmp_path / "bag"
+    folder.mkdir()
+    file = McapFile(folder / "bag_0.mcap", study_record("s", StudySettings()))
+    file.write("/candidates", "Candidate", encode(Candidate(study="s", **fields)))
+    file.finish()
+    with pytest.raises(InputError, match="^[^\\n]*bag: [^\\n]*expected at most"):
+        read_study(folder)

@@ -19,7 +19,8 @@ HOSTILE = "a\x1b[2J\nb\r\u202ec\x07"
 
 def test_what_cannot_be_printed_is_made_visible() -> None:
     """In errors, faults and lines; other text stays as it is, umlauts too."""
-    for text in (visible(HOSTILE), str(StudyError(HOSTILE)), str(InputError(HOSTILE)), str(Fault(3, "reason", HOSTILE))):
+    for said in (visible(HOSTILE), StudyError(HOSTILE), InputError(HOSTILE), Fault(3, "reason", HOSTILE)):
+        text = str(said)
         assert text.isprintable() and "\\x1b[2J" in text and "\\u202e" in text
     assert visible("Größe 3 µm") == "Größe 3 µm"
 

@@ -181,3 +181,14 @@ def test_two_sendings_that_both_take_too_long() -> None:
     for name in "ab":
         dispatcher.heard(name, 1, [], 101.0)
     assert len(dispatcher.next_dispatches(101.0)) == 2
+
+
+@pytest.mark.parametrize("honest_joins", [0, 100, 200])
+def test_names_with_nothing_behind_them_do_not_stop_a_study(honest_joins: int) -> None:
+    """Two hundred that take candidates, name them in heartbeats and never answer; one that does, wherever it joins."""
+    names = [f"fake_{i}" for i in range(200)]
+    names.insert(honest_joins, "honest")
+    world = World({name: 0.2 if name == "honest" else math.inf for name in names}, trials=20, in_flight=4, slots=2)
+    world.run(step=0.5)
+    assert world.accepted == {"honest": 20}
+    assert world.now < (300 if honest_joins == 100 else 70)

@@ -8,7 +8,7 @@ from pathlib import Path
 from mobo_core.bag.files import bag_files
 from mobo_core.bag.reader import Entry, FileContent, first_record, read_bag, read_record, stream
 from mobo_core.bag.record import StudyRecord, settings_of
-from mobo_core.bag.validity import is_good
+from mobo_core.bag.validity import check_plain, is_good
 from mobo_core.messages import (
     KINDS,
     Candidate,
@@ -92,6 +92,8 @@ class Collector:
     def add(self, entry: Entry) -> Message | None:
         """Take the next message, and return it; None if it is none of mobo's."""
         study, message = self._study, message_of(entry)
+        if message is not None:
+            check_plain(message, str(study.path))
         match message:
             case Candidate():
                 self._sent.setdefault(message.trial, set()).add((message.attempt, message.evaluator))

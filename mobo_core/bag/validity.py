@@ -7,8 +7,31 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mobo_core.messages import Evaluation, Trial
+from mobo_core.errors import InputError
+from mobo_core.messages import KINDS, Candidate, Evaluation, Message, Trial
 from mobo_core.search.study import StudySettings
+
+_MAX_NAME = 4096  # paths may be as long
+_MAX_LENGTHS = 100
+_TEXTS = ("study", "evaluator", "sampled_joints", "joints", "tip", "engine", "command", "source", "mobo_version",
+          "host_id", "kernel_hash", "bag")  # fmt: skip
+_NAMES = {kind: [name for name in _TEXTS if name in cls.__annotations__] for kind, cls in KINDS.items()}
+
+
+def check_plain(message: Message, where: str) -> None:
+    """See that a message of a bag holds no name and no arm that no mobo ever wrote.
+
+    Raises:
+        InputError: a name of many kilobytes, or lengths that are too many or no numbers.
+    """
+    for name in _NAMES[message.kind]:
+        if len(value := getattr(message, name)) > _MAX_NAME:
+            raise InputError(f"{name} of {len(value):,} characters", where=where, expected=f"at most {_MAX_NAME}")
+    if isinstance(message, Candidate):
+        n = len(message.lengths)
+        if n > _MAX_LENGTHS or not np.isfinite(message.lengths).all():
+            at = f"{where}: candidate of trial {message.trial}"
+            raise InputError(f"{n:,} lengths", where=at, expected=f"at most {_MAX_LENGTHS}, finite ones")
 
 
 def evaluation_fault(evaluation: Evaluation, n_voxels: int, objectives: Sequence[str] = ()) -> str:

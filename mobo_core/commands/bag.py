@@ -208,7 +208,7 @@ def _voxels(spec: Mapping[str, object]) -> int:
 
 def _pairs(versions: object) -> str:
     if not isinstance(versions, dict):
-        return str(versions)
+        return str(versions)[:200]
     return ", ".join(f"{key} {value}" for key, value in versions.items())
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from mobo_core.coordination.leases import Board, Dispatch, LiveEvaluator, OpenTrial, Verdict
-from mobo_core.coordination.places import best_place, is_straggler
+from mobo_core.coordination.places import best_place, best_probe, is_held_in_vain, is_straggler
 
 
 class Dispatcher:
@@ -47,6 +47,7 @@ class Dispatcher:
         self._board = Board()
         self._evaluators, self._open, self._queue = self._board.evaluators, self._board.open, self._board.queue
         self._exhausted: dict[int, OpenTrial] = {}
+        self._n_joined = 0
 
     @property
     def evaluators(self) -> dict[str, int]:
@@ -73,7 +74,10 @@ class Dispatcher:
     def heard(self, evaluator: str, slots: int, holds: Iterable[tuple[int, int]], now: float) -> bool:
         """Take a heartbeat that names the (trial, attempt) it holds; return whether the evaluator is new."""
         new = evaluator not in self._evaluators
-        known = self._evaluators.setdefault(evaluator, LiveEvaluator())
+        if new:
+            self._n_joined += 1
+            self._evaluators[evaluator] = LiveEvaluator(joined=self._n_joined)
+        known = self._evaluators[evaluator]
         known.slots, known.last_heard, known.holds = slots, now, set(holds)
         for place, lease in list(known.leases.items()):
             if place in known.holds:
@@ -127,8 +131,15 @@ class Dispatcher:
             if able:
                 sent.append(self._send(trial, fit or able, free, now))
         for trial in sorted(self._open):
-            if fit := [name for name in free if is_straggler(self._open[trial], name, self._evaluators, now)]:
-                sent.append(self._send(trial, fit, free, now))
+            record = self._open[trial]
+            fit = [name for name in free if is_straggler(record, name, self._evaluators, now, len(free))]
+            if not fit:
+                continue
+            if is_held_in_vain(record, self._evaluators):
+                fit = [best_probe(trial, fit, self._evaluators)]
+                if len(record.leases) > 1:
+                    self._board.drop(min(record.leases.values(), key=lambda lease: lease.since).dispatch)
+            sent.append(self._send(trial, fit, free, now))
         return sent
 
     def matters(self, dispatch: Dispatch, *, ok: bool) -> bool:
@@ -147,7 +158,7 @@ class Dispatcher:
         answer: the evaluator still works on it.
         """
         if not overdue and dispatch.evaluator in self._evaluators:
-            self._evaluators[dispatch.evaluator].holds.discard((dispatch.trial, dispatch.attempt))
+            self._evaluators[dispatch.evaluator].replied((dispatch.trial, dispatch.attempt))
         record = self._open.get(dispatch.trial)
         if record is None:
             if not (ok and self._redeems(dispatch)):
@@ -186,6 +197,7 @@ class Dispatcher:
         record.attempts += 1
         dispatch = Dispatch(trial, record.attempts, name)
         record.sent.add(dispatch)
+        self._evaluators[name].unanswered += 1
         self._board.lease(dispatch, now, self._lease_s)
         return dispatch
 

@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from mobo_core.coordination.answer import host_id
+from mobo_core.coordination.answers import MAX_NAME
 from mobo_core.coordination.health import Health, evaluator_health
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InputError, StudyError
@@ -17,6 +18,10 @@ from mobo_core.messages import Candidate, EvaluatorStatus, Trial, address, decod
 from mobo_core.version import __version__
 
 HEARTBEAT_S = 1.0
+
+# A URDF and a thousand target poses. So many may wait for a worker: stragglers, and those of another optimizer.
+_MAX_CANDIDATE_BYTES = 2_000_000
+_MOST_WAITING = 64
 
 
 def default_name() -> str:
@@ -50,8 +55,10 @@ class Evaluator:
     def on_candidate(self, data: bytes) -> None:
         """Take a candidate (CDR bytes), if it is for this evaluator."""
         try:
-            if address(data).evaluator != self._name:
+            named = address(data)
+            if named.evaluator != self._name:
                 return
+            self._check_budget(len(data), named.study)
             candidate = decode(Candidate, data)
         except InputError as error:
             self._warn(f"candidate ignored: {error}")
@@ -59,6 +66,20 @@ class Evaluator:
         # What comes before the first heartbeat was meant for an earlier node of this name.
         if self._announced:
             self._pool.submit(candidate)
+
+    def _check_budget(self, size: int, study: str) -> None:
+        """See that a candidate is of a size, and that there is room for it; an optimizer sends it again.
+
+        Raises:
+            InputError: there is none.
+        """
+        held, most = len(self._pool.held()), len(self._pool) + _MOST_WAITING
+        if size > _MAX_CANDIDATE_BYTES or len(study) > MAX_NAME:
+            what = f"{size:,} bytes, a study's name of {len(study):,} characters"
+            expected = f"at most {_MAX_CANDIDATE_BYTES:,} and {MAX_NAME}"
+            raise InputError(what, where="candidate", expected=expected)
+        if held >= most:
+            raise InputError(f"{held} held already", where="candidate", expected=f"at most {most}")
 
     def on_trial(self, data: bytes) -> None:
         """Take a Trial (CDR bytes): a candidate of it that still waits for a worker is no longer needed."""

@@ -49,12 +49,21 @@ class LiveEvaluator:
     # by (trial, attempt): what it was sent, and what it says it has, wanted or not
     leases: dict[tuple[int, int], Lease] = field(default_factory=dict)
     holds: set[tuple[int, int]] = field(default_factory=set)
+    # Whether it ever answered, sendings since it did, and its place in the order in which evaluators joined.
+    is_proven: bool = False
+    unanswered: int = 0
+    joined: int = 0
     times: deque[float] = field(default_factory=lambda: deque(maxlen=_TIMES))
     typical_s: float = math.nan
 
     def free(self) -> int:
         """Return how many of its places are."""
         return self.slots - len(self.leases.keys() | self.holds)
+
+    def replied(self, place: tuple[int, int]) -> None:
+        """Take that it answered what it had, whatever it said."""
+        self.holds.discard(place)
+        self.is_proven, self.unanswered = True, 0
 
     def took(self, seconds: float) -> None:
         """Take what an evaluation took."""

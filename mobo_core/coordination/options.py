@@ -135,7 +135,7 @@ class _Workers(Settings):
         "kernel", description="kernel, reference (slow, the oracle) or simulated (sleeps, invents values)"
     )
     simulated_s: float = Field(0.1, ge=0.0, le=_LONG_S, description="s of sleep in a simulated evaluation")
-    memory_mb: int = Field(0, ge=0, le=_MANY, description="MB of data each worker may hold; 0: no limit")
+    memory_mb: int = Field(4000, ge=0, le=_MANY, description="MB of data each worker may hold; 0: no limit")
 
     def check_load(self, evaluators: int = 1, cores: int | None = None) -> None:
         """See that the machine can bear so many evaluators' workers; simulated ones sleep, and may be many.

@@ -18,6 +18,7 @@ from mobo_core.evaluation.urdf_xml import numbers, parse, text, unique_names
 MAX_BYTES = 1_000_000
 MAX_JOINTS = 64
 MAX_LINKS = 256
+MAX_SHAPES = 300  # each pair of them is looked at
 _REVOLUTE = ("revolute", "continuous")
 _ANGLE_LIMIT = 1e3
 
@@ -147,6 +148,8 @@ def _shape(collision: Element, link: str, checked: CheckedUrdf) -> None:
         raise InputError(f"radius {radius:g}, length {length:g}", where=where, expected="radius > 0, length >= 0")
     origin = collision.find("origin")
     xyz, rpy = numbers(origin, "xyz", "0 0 0", where), numbers(origin, "rpy", "0 0 0", where)
+    if len(checked.shapes) >= MAX_SHAPES:
+        raise InputError(f"more than {MAX_SHAPES} collision shapes", where="urdf", expected=f"at most {MAX_SHAPES}")
     checked.shapes.append(Shape(link, xyz, rpy, length, radius))
 
 
