@@ -10,7 +10,7 @@ from mobo_core.coordination.answer import Abilities, Answering
 from mobo_core.coordination.evaluator import Evaluator
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import StudyError
-from mobo_core.messages import Candidate, EvaluatorStatus, Trial, decode, encode
+from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, Trial, decode, encode
 
 
 class Pool:
@@ -132,11 +132,13 @@ def test_workers_that_do_not_start_end_it() -> None:
 
 
 def test_candidates_beyond_all_measure_are_not_held() -> None:
-    """Too many, too large, or of a study with a name that no heartbeat could carry: told and ignored."""
+    """Too many, or of a study with a name that no heartbeat could carry: told and ignored; too large: rejected."""
     scene = Scene().ready()
     scene.evaluator.on_candidate(encode(Candidate(study="x" * 300, trial=1, evaluator="e")))
     scene.evaluator.on_candidate(encode(Candidate(study="s", trial=1, evaluator="e", urdf="x" * 3_000_000)))
-    assert not scene.pool.candidates and len(scene.warned) == 2
+    (answer,) = [decode(Evaluation, data) for topic, data in scene.said if topic == "evaluations"]
+    assert not scene.pool.candidates and len(scene.warned) == 1
+    assert answer.status == Evaluation.REJECTED and "bytes" in answer.reason
     for trial in range(200):
         scene.evaluator.on_candidate(candidate(trial))
     assert len(scene.pool.candidates) == len(scene.pool) + 64 and "held already" in scene.warned[-1]

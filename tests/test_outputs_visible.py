@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import os
 import subprocess
 import sys
@@ -28,8 +30,10 @@ def test_what_cannot_be_printed_is_made_visible() -> None:
 def test_cells_that_spreadsheets_would_run_are_quoted() -> None:
     """Texts alone: numbers keep their signs."""
     columns = {"reason": ["=1+1", "+x", "-x", "@x", "x=1", "a\nb"], "torque": [-1.5, 2.0, 0.0, 1e300, -0.0, 3.0]}
-    cells = [line.rsplit(",", 1) for line in to_csv(columns).splitlines()[1:]]
-    assert [cell for cell, _ in cells] == ["'=1+1", "'+x", "'-x", "'@x", "x=1", "a\\nb"]
+    columns["reason"].append("\x1b[2J")
+    columns["torque"].append(0.5)
+    cells = list(csv.reader(io.StringIO(to_csv(columns))))[1:]
+    assert [cell for cell, _ in cells] == ["'=1+1", "'+x", "'-x", "'@x", "x=1", "a\nb", "\\x1b[2J"]
     assert [float(number) for _, number in cells] == columns["torque"]
 
 

@@ -14,7 +14,7 @@ from mobo_core.coordination.answers import MAX_NAME
 from mobo_core.coordination.health import Health, evaluator_health
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InputError, StudyError
-from mobo_core.messages import Candidate, EvaluatorStatus, Trial, address, decode, encode
+from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, Trial, address, decode, encode
 from mobo_core.version import __version__
 
 HEARTBEAT_S = 1.0
@@ -58,26 +58,30 @@ class Evaluator:
             named = address(data)
             if named.evaluator != self._name:
                 return
-            self._check_budget(len(data), named.study)
+            self._check_budget(named.study)
             candidate = decode(Candidate, data)
         except InputError as error:
             self._warn(f"candidate ignored: {error}")
             return
-        # What comes before the first heartbeat was meant for an earlier node of this name.
-        if self._announced:
+        if not self._announced:
+            return  # what comes before the first heartbeat was meant for an earlier node of this name
+        if len(data) > _MAX_CANDIDATE_BYTES:
+            reason = f"candidate: {len(data):,} bytes; expected at most {_MAX_CANDIDATE_BYTES:,}"
+            answer = self._pool.answering.refusal(candidate, Evaluation.REJECTED, reason)
+            self._publish("evaluations", encode(answer))
+            self._answered += 1
+        else:
             self._pool.submit(candidate)
 
-    def _check_budget(self, size: int, study: str) -> None:
-        """See that a candidate is of a size, and that there is room for it; an optimizer sends it again.
+    def _check_budget(self, study: str) -> None:
+        """See that a candidate's study has a name like others, and that there is room; an optimizer sends it again.
 
         Raises:
             InputError: there is none.
         """
         held, most = len(self._pool.held()), len(self._pool) + _MOST_WAITING
-        if size > _MAX_CANDIDATE_BYTES or len(study) > MAX_NAME:
-            what = f"{size:,} bytes, a study's name of {len(study):,} characters"
-            expected = f"at most {_MAX_CANDIDATE_BYTES:,} and {MAX_NAME}"
-            raise InputError(what, where="candidate", expected=expected)
+        if len(study) > MAX_NAME:
+            raise InputError(f"{len(study):,} characters", where="study", expected=f"at most {MAX_NAME}")
         if held >= most:
             raise InputError(f"{held} held already", where="candidate", expected=f"at most {most}")
 

@@ -29,7 +29,7 @@ def to_csv(columns: Columns) -> str:
 
 def _cell(value: object) -> object:
     if isinstance(value, str):
-        shown = visible(value)
+        shown = "\n".join(map(visible, value.split("\n")))
         return f"'{shown}" if shown.startswith(("=", "+", "-", "@")) else shown
     return int(value) if isinstance(value, bool) else value
 
