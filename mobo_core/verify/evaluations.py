@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import NamedTuple
 
@@ -67,7 +68,8 @@ class Answer(NamedTuple):
         )
 
 
-class Job(NamedTuple):
+@dataclass(frozen=True)
+class Job:
     """An arm to evaluate again, and all that was answered of it.
 
     Attributes:
