@@ -52,6 +52,7 @@ def test_what_ros_and_the_node_know_is_taken(line: str) -> None:
         ("--bogus -p seed:=3", "unknown argument '--bogus'", "-p seed:=3"),
         ("--ros-args -p seed=3", "-p seed=3, without :=", "-p seed:=3"),
         ("--ros-args -p seed 3", "-p seed, without :=", "-p seed:=3"),
+        ("--ros-args -p seed:= -p n_trials:=3", "-p seed:=, without a value", "-p n_trials:=3"),
         ("--ros-args -p n_trails:=3", "unknown parameter 'n_trails'", "-p n_trials:=3"),
         ("--ros-args -p sed:=3 -p study_name:='a b'", "unknown parameter 'sed'", "-p seed:=3 -p 'study_name:=a b'"),
         ("-r __ns:=/left -p seed:=1", "-r comes after --ros-args", "-r __ns:=/left -p seed:=1"),

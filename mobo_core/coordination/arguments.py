@@ -109,6 +109,8 @@ class _Reading:
             name, equals, value = given.partition("=")
             if not equals and self._words and not self._words[0].startswith("-"):
                 value = self._words.pop(0)
+        elif not value:
+            self._blame(f"-p {given}, without a value")
         if self._known is not None and ":" not in name and name not in self._known and not name.startswith(OF_ROS):
             self._blame(f"unknown parameter {name!r}")
             name = nearest(name, self._known)

@@ -63,7 +63,7 @@ class StudySettings(Settings):
     @classmethod
     def _fits(cls, sampler: str, info: ValidationInfo) -> str:
         if sampler not in SAMPLERS:
-            raise ValueError(" or ".join(map(repr, SAMPLERS)))
+            raise ValueError(" or ".join(repr(name) for name, known in SAMPLERS.items() if known.offered))
         space, objectives = info.data.get("space"), info.data.get("objectives")
         if space is not None and objectives is not None and (why := SAMPLERS[sampler].unfit(space, objectives)):
             raise ValueError(f"another than {sampler} {why}")
