@@ -223,7 +223,7 @@ def _different(answer: Answer, result: Result) -> Iterator[tuple[str, str, str]]
             yield name, f"{old.size} entries", f"{new.size}"
         else:
             where = f" of voxel {at}" if old.ndim else ""
-            yield name, f"{old.flat[at]!r}{where}", f"{new.flat[at]!r}"
+            yield name, f"{old.flat[at].item()!r}{where}", f"{new.flat[at].item()!r}"
     for name, value in result.extra.items():
         if not abs(value - answer.extra[name]) <= OBJECTIVES[name].tolerance * abs(value):
             yield name, f"{answer.extra[name]!r}", f"{value!r}"
