@@ -51,6 +51,14 @@ RUN = {
         "ros2 run mobo control pause",
         "ros2 run mobo control enqueue --joints YPPYPY --lengths 0.05,0.25,0.2,0.05,0,0.05",
     ),
+    "test_an_atlas_is_made_and_asked": (
+        "mobo atlas bags/long -o atlas.parquet",
+        "mobo atlas ask atlas.parquet --order YPPYPY",
+        "mobo atlas ask atlas.parquet --without R",
+        "mobo atlas ask atlas.parquet --reach-at-least 30 --min torque",
+        "mobo atlas ask atlas.parquet --max torque=400 --top 3 -o arms",
+        "mobo atlas ask atlas.parquet --near 0.05,0.25,0.2,0.05,0,0.05 --json",
+    ),
     "test_arms_are_evaluated": (
         "mobo evaluate --joints YPPYPY --lengths 0.05,0.25,0.2,0.05,0,0.05",
         "mobo evaluate robot.urdf --tip tool0 --spec paper_fine --json",
@@ -258,6 +266,17 @@ def test_arms_are_evaluated(shell: Shell) -> None:
     lines = shell.mobo(by_lengths).splitlines()
     assert [line for line in lines if not line.startswith("effort")] == EVALUATED.splitlines()
     assert '"tip": "tool0"' in shell.mobo(by_urdf)
+
+
+def test_an_atlas_is_made_and_asked(shell: Shell) -> None:
+    """The block of docs/atlas.md, on a sample bag."""
+    made, *asked = RUN["test_an_atlas_is_made_and_asked"]
+    (shell.folder / "bags").mkdir(exist_ok=True)
+    (shell.folder / "bags" / "long").symlink_to(ROOT / "bags" / "sample" / "paper_6")
+    assert "trials" in shell.mobo(made)
+    for command in asked:
+        assert shell.mobo(command)
+    assert len(list((shell.folder / "arms").glob("*.urdf"))) == 3
 
 
 @pytest.mark.slow

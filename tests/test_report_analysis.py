@@ -18,7 +18,6 @@ from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report import structures
 from mobo_core.report.importance import importances
-from mobo_core.report.mirror import exact_twins
 from mobo_core.report.notebook import notebook
 from mobo_core.report.optuna_trials import export_study
 from mobo_core.report.positions import clusters, group_text, positions
@@ -27,6 +26,7 @@ from mobo_core.report.stages import stages
 from mobo_core.report.table import StudyTable, study_table
 from mobo_core.report.uncertainty import standard_errors, steadiness
 from mobo_core.search.front import aims_of, hypervolume
+from mobo_core.search.mirror import exact_twins
 
 SAMPLE = Path(__file__).parents[1] / "bags" / "sample" / "paper_6"
 AIMS = aims_of(("reach", "torque"), EvaluationSpec())

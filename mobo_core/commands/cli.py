@@ -15,7 +15,7 @@ from mobo_core.errors import MoboError, visible
 from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
-VERBS = ("evaluate", "report", "verify", "export", "bag", "example", "bench", "doctor", "completion")
+VERBS = ("evaluate", "report", "verify", "atlas", "export", "bag", "example", "bench", "doctor", "completion")
 
 FIRST = """\
 Which robot arm to build. To begin with:
@@ -29,8 +29,8 @@ Which robot arm to build. To begin with:
 All commands: mobo --help; one of them: mobo report --help"""
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the parser of all verbs.
+def parser(verb: str = "") -> argparse.ArgumentParser:
+    """Return the parser of all verbs, or of the one named: the others need not be imported then.
 
     A module of :mod:`mobo_core.commands` offers ``add(verbs)``: it adds a parser whose default ``run`` is a
     function from the parsed arguments to the exit code.
@@ -42,23 +42,23 @@ def parser() -> argparse.ArgumentParser:
     )
     top.add_argument("--version", action="version", version=f"mobo {__version__}")
     verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True, parser_class=Parser)
-    for verb in VERBS:
-        importlib.import_module(f"mobo_core.commands.{verb}").add(verbs)
+    for name in [verb] if verb in VERBS else VERBS:
+        importlib.import_module(f"mobo_core.commands.{name}").add(verbs)
     return top
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one verb and return its exit code: 0 good, 1 the answer is no, 2 bad input."""
-    top = parser()
-    try:
-        import argcomplete
+    words = sys.argv[1:] if arguments is None else arguments
+    if "_ARGCOMPLETE" in os.environ:  # a shell asks what may come next
+        with contextlib.suppress(ImportError):
+            import argcomplete
 
-        argcomplete.autocomplete(top)
-    except ImportError:
-        pass
-    if not (sys.argv[1:] if arguments is None else arguments):
+            argcomplete.autocomplete(parser())
+    if not words:
         print(FIRST)
         return 0
+    top = parser(words[0])
     args = top.parse_args(arguments)
     try:
         code: int = args.run(args)

@@ -114,7 +114,7 @@ def _export_trial(bag: str, trial: int, path: Path) -> int:
 
 
 def _export_best(bag: str, top: int, folder: Path) -> int:
-    from mobo_core.outputs import make_folder, write_whole
+    from mobo_core.commands.urdf_folder import write_urdfs
     from mobo_core.report.best import best_rows, urdf_name
     from mobo_core.report.table import study_table
 
@@ -122,13 +122,12 @@ def _export_best(bag: str, top: int, folder: Path) -> int:
     rows = best_rows(study, study_table(study), top)
     if not rows:
         raise InputError("no complete trial", where=bag, expected="a study with at least one arm evaluated")
-    urdfs = {urdf_name(i + 1, row, len(rows)): study.candidate_of(row.trial) for i, row in enumerate(rows)}
-    make_folder(folder)
-    strangers = sorted(file.name for file in folder.glob("*.urdf") if file.name not in urdfs)
-    if strangers:
-        raise InputError(f"holds {strangers[0]}", where=str(folder), expected="a folder without other URDF files")
-    for name, candidate in urdfs.items():
-        write_whole(folder / name, str(candidate.urdf if candidate is not None else "").encode("utf-8"))
+    candidates = [study.candidate_of(row.trial) for row in rows]
+    urdfs = {
+        urdf_name(i + 1, row, len(rows)): str(candidate.urdf if candidate is not None else "")
+        for i, (row, candidate) in enumerate(zip(rows, candidates, strict=True))
+    }
+    write_urdfs(folder, urdfs)
     for row, name in zip(rows, urdfs, strict=True):
         off = "" if row.on_front else ", off the front"
         print(f"{folder / name}  reach {row.reach:.2f}, torque {row.torque:.1f} N m{off}")

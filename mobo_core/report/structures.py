@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 from mobo_core.evaluation.objectives import SAME_PLACE
 from mobo_core.report.columns import Cell, Columns
-from mobo_core.report.mirror import exact_twins
 from mobo_core.report.once import once
 from mobo_core.report.prefixes import prefix_of
 from mobo_core.report.row import Row, rank
 from mobo_core.report.table import StudyTable
 from mobo_core.search.front import hypervolume, pareto_front
+from mobo_core.search.mirror import exact_twins
 from mobo_core.search.study import StudySettings
 
 # Shares of the study's best reach at which the least torque is given.

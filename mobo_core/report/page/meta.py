@@ -16,7 +16,6 @@ from mobo_core.evaluation.objectives import OBJECTIVES, SAME_PLACE
 from mobo_core.report import uncertainty
 from mobo_core.report.figures.drawing import red_to_green
 from mobo_core.report.joint_torques import HeldArm
-from mobo_core.report.mirror import exact_twins
 from mobo_core.report.page import arms as page_arms
 from mobo_core.report.page import held as page_held
 from mobo_core.report.page.blobs import Blob, compressed, pack
@@ -25,6 +24,7 @@ from mobo_core.report.page.palette import page_style
 from mobo_core.report.prefixes import styles
 from mobo_core.report.row import Row, rank
 from mobo_core.report.table import StudyTable
+from mobo_core.search.mirror import exact_twins
 
 _STOPS = 17  # colours of the gradation that the page mixes the others from
 
