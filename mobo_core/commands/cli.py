@@ -15,7 +15,7 @@ from mobo_core.errors import MoboError, visible
 from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
-VERBS = ("evaluate", "report", "verify", "atlas", "export", "bag", "example", "bench", "doctor", "completion")
+VERBS = ("evaluate", "report", "claims", "verify", "atlas", "export", "bag", "example", "bench", "doctor", "completion")
 
 FIRST = """\
 Which robot arm to build. To begin with:

@@ -1,0 +1,104 @@
+"""``mobo claims``: what the paper says, checked on recorded studies."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from typing import TYPE_CHECKING
+
+from mobo_core.commands.parsing import Verbs
+from mobo_core.commands.reading import read_bag_argument
+from mobo_core.errors import InputError
+
+if TYPE_CHECKING:
+    from mobo_core.report.claims.claim import Pair
+    from mobo_core.report.claims.verdict import Checked
+
+
+def add(verbs: Verbs) -> None:
+    """Add the verb's parser."""
+    parser = verbs.add_parser(
+        "claims",
+        help="the paper's claims, checked on studies of 6 and 7 joints",
+        description="Check what the paper says of robot arms on a study of 6 joints, one of 7, or both: for each\n"
+        "claim a verdict (reproduced, not reproduced, inconclusive), the margin by which its tightest\n"
+        "statement holds (a share; above 0: it does) and the margin's 95 % interval. A prefix of four\n"
+        "joints that the search hardly visited is inconclusive, not worse. docs/analysis.md says how\n"
+        "each claim is measured.",
+        epilog="examples:\n"
+        "  mobo claims bags/six bags/seven\n"
+        "  mobo claims bags/six bags/seven --parts\n"
+        "  mobo claims bags/six --json",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("bag6", metavar="BAG6", help="study of 6 joints (alone: one of 6 or 7)")
+    parser.add_argument("bag7", nargs="?", metavar="BAG7", help="study of 7 joints")
+    parser.add_argument("--parts", action="store_true", help="each statement of a claim, with its numbers")
+    parser.add_argument("--json", action="store_true", help="print everything as JSON")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Read, check, print."""
+    from mobo_core.commands.progress import bar
+    from mobo_core.report.claims.check import check_claims
+
+    pair = _pair(args.bag6, args.bag7)
+    for line in pair.apart:
+        print(f"note: values of the two studies do not compare: {line}", file=sys.stderr)
+    with bar("checking claims", quiet=args.json) as progress:
+        checked = check_claims(pair, None, progress)
+    if args.json:
+        print(json.dumps([one.to_dict() for one in checked], allow_nan=False))
+        return 0
+    _print(checked, parts=args.parts)
+    return 0
+
+
+def _pair(bag6: str, bag7: str | None) -> Pair:
+    from mobo_core.bag.files import bag_files
+    from mobo_core.report.claims.claim import Pair
+    from mobo_core.report.claims.evidence import Evidence, of_study
+    from mobo_core.report.table import study_table
+
+    bags = [bag for bag in (bag6, bag7) if bag is not None]
+    for bag in bags:
+        bag_files(bag)
+    found: dict[int, Evidence] = {}
+    counts = []
+    for bag in bags:
+        study = read_bag_argument(bag)
+        n = study.settings.space.n_joints
+        if n not in (6, 7):
+            raise InputError(f"arms of {n} joints", where=bag, expected="a study of 6 or 7 joints")
+        if n in found:
+            raise InputError(f"of {n} joints as {bags[0]} is", where=bag, expected=f"a study of {13 - n} joints")
+        evidence = of_study(study, study_table(study))
+        if not evidence.arms:
+            raise InputError("no complete trial", where=bag, expected="a study with at least one arm evaluated")
+        found[n] = evidence
+        counts.append(n)
+    if counts == [7, 6]:
+        raise InputError("is of 7 joints", where=bags[0], expected=f"the study of 6 joints first: {bags[1]} {bags[0]}")
+    return Pair(found.get(6), found.get(7))
+
+
+def _print(checked: list[Checked], *, parts: bool) -> None:
+    from rich.console import Console
+
+    from mobo_core.report.claims.show import claims_table, numbers_text
+    from mobo_core.report.claims.verdict import INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED
+
+    console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=max(console.width, 160))
+    console.print(claims_table(checked, parts=parts))
+    if parts:
+        for one in checked:
+            for part in one.outcome.parts:
+                if part.numbers:
+                    print(f"{one.claim}  {part.name}: {numbers_text(part)}")
+    verdicts = [one.outcome.verdict for one in checked]
+    counts = [f"{verdicts.count(kind)} {kind}" for kind in (REPRODUCED, NOT_REPRODUCED, INCONCLUSIVE)]
+    print(f"\n{len(checked)} claims: {', '.join(counts)}")
