@@ -14,10 +14,10 @@ from mobo_core.design import DesignSpace
 from mobo_core.design.joints import count_built
 from mobo_core.errors import MoboError
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.search.mirror import swapped
 from mobo_core.report.prefixes import PREFIX_LENGTH
 from mobo_core.report.table import REACH_FLOOR_SHARE, StudyTable
 from mobo_core.search.front import aims_of, pareto_front
+from mobo_core.search.mirror import swapped
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
