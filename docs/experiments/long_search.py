@@ -1,8 +1,10 @@
 """Search every joint order by itself for long, by another algorithm than the sampler `structured`, as a measure of it.
 
 Each order gets a genetic search of its own (NSGA-II: Deb et al. 2002, with differential evolution's moves), whatever
-the others are worth. Finished orders are kept one a file, so that it can be stopped and gone on with; at the end their
-fronts go to one .npz file, which fairness.py reads. Best reach and front are lower bounds of what an order can do.
+the others are worth. Finished orders are kept one a file, so that it can be stopped and gone on with; at the
+end, or with `--workers 0`, the fronts of those finished go to one .npz file, which fairness.py and studies.py read.
+Which order is next is drawn at random, so that those finished are a fair sample. Best reach and front are lower bounds
+of what an order can do.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ from mobo_core.search.front import aims_of, pareto_front
 FOLDER, FILE = Path("bags/long_search"), Path(__file__).with_suffix(".npz")
 SPACE = DesignSpace()
 SPEC = load_spec("mobo").model_copy(update={"rules": 2})  # fixed, so that results stay comparable
+ORDERS = list(effective_orders(SPACE.n_joints, SPACE.letters))
 POPULATION, FIRST = 60, 200
 Array = np.ndarray[Any, Any]
 Value = Callable[[str, Array], tuple[float, float]]
@@ -115,19 +118,27 @@ XACRO = PreparedXacro(SPACE)
 def _one(task: tuple[str, int, Path]) -> str:
     order, evaluations, file = task
     began = time.perf_counter()
-    lengths, values = search(order, evaluations, _value)
+    tried: list[tuple[float, ...]] = []  # lengths, reach, torque
+
+    def value(order: str, lengths: Array) -> tuple[float, float]:
+        found = _value(order, lengths)
+        tried.append((*lengths.tolist(), *found))
+        return found
+
+    lengths, values = search(order, evaluations, value)
     part = file.with_suffix(".part.npz")
-    np.savez(part, lengths=lengths, values=values, evaluations=evaluations)
+    np.savez(part, lengths=lengths, values=values, evaluations=evaluations, tried=np.array(tried))
     part.rename(file)
     return f"{order}: reach {values[-1, 0]:.1f}, {len(values)} arms, {time.perf_counter() - began:.0f} s"
 
 
-def join(orders: list[str], folder: Path, file: Path) -> None:
-    """Write the fronts of all orders to one file."""
-    parts = [dict(np.load(folder / f"{order}.npz")) for order in orders]
+def join(folder: Path, file: Path) -> None:
+    """Write the fronts of all orders that are finished to one file."""
+    files = sorted(folder.glob("[A-Z]*[A-Z].npz"))
+    parts = [dict(np.load(each)) for each in files]
     np.savez_compressed(
         file,
-        order=np.repeat(orders, [len(part["values"]) for part in parts]),
+        order=np.repeat([each.stem for each in files], [len(part["values"]) for part in parts]),
         lengths=np.concatenate([part["lengths"] for part in parts]),
         values=np.concatenate([part["values"] for part in parts]),
         evaluations=np.array([int(part["evaluations"]) for part in parts]),
@@ -139,19 +150,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--folder", type=Path, default=FOLDER, help="of finished orders")
     parser.add_argument("--evaluations", type=int, default=2000, help="of arms, an order")
-    parser.add_argument("--orders", nargs="*", help="some of them; all by default, whose fronts are joined")
-    parser.add_argument("--workers", type=int, default=2, help="processes")
+    parser.add_argument("--orders", nargs="*", help="some of them; all by default")
+    parser.add_argument("--workers", type=int, default=2, help="processes; 0 to join what is finished and no more")
     parser.add_argument("-o", "--output", type=Path, default=FILE, help=".npz file")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
-    orders = args.orders or list(effective_orders(SPACE.n_joints, SPACE.letters))
+    orders = args.orders or np.random.default_rng(0).permutation(ORDERS).tolist()
     tasks = [(order, args.evaluations, args.folder / f"{order}.npz") for order in orders]
     tasks = [task for task in tasks if not task[2].exists()]
-    with multiprocessing.get_context("spawn").Pool(args.workers) as pool:
-        for i, line in enumerate(pool.imap_unordered(_one, tasks), start=1):
-            print(f"{i}/{len(tasks)} {line}", flush=True)
-    if not args.orders:
-        join(orders, args.folder, args.output)
+    if args.workers:
+        with multiprocessing.get_context("spawn").Pool(args.workers) as pool:
+            for i, line in enumerate(pool.imap_unordered(_one, tasks), start=1):
+                print(f"{i}/{len(tasks)} {line}", flush=True)
+    join(args.folder, args.output)
 
 
 if __name__ == "__main__":
