@@ -54,17 +54,19 @@ def test_options_take_the_bounds_and_nothing_beyond(options: type[Settings]) -> 
     [(StudySettings, ("sampler", "n_startup_trials", "seed", "in_flight")), (DesignSpace, ("n_joints", "lengths"))],
 )
 def test_settings_of_a_study_are_taken_over(settings: type[Settings], names: tuple[str, ...]) -> None:
-    """Default, bounds and text of a study's settings are not said twice."""
+    """Default, bounds and text of a study's settings are not said twice, but for which sampler is the default."""
     here, there = by_name(OptimizerOptions), by_name(settings)
     for name in names:
         its = there[name]
-        assert (here[name].default, here[name].low, here[name].high) == (its.default, its.low, its.high)
+        default = "structured" if name == "sampler" else its.default
+        assert (here[name].default, here[name].low, here[name].high) == (default, its.low, its.high)
         assert here[name].description.startswith(its.description)
 
 
 def test_defaults_make_the_default_settings() -> None:
-    """An optimizer told nothing runs the study that StudySettings() is, but with the spec `mobo`."""
-    assert OptimizerOptions().settings() == StudySettings(spec=load_spec("mobo"))
+    """An optimizer told nothing runs the study that StudySettings() is, but with the spec `mobo` and `structured`."""
+    assert OptimizerOptions().settings() == StudySettings(spec=load_spec("mobo"), sampler="structured")
+    assert StudySettings().sampler == "tpe"  # of bags that do not say
     assert OptimizerOptions().folder == Path("bags/study")
 
 

@@ -34,7 +34,7 @@ def add(verbs: Verbs) -> None:
         epilog="examples:\n  mobo doctor\n  mobo doctor --warm",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("--warm", action="store_true", help="only compile the kernel and the sampler, if need be")
+    parser.add_argument("--warm", action="store_true", help="only compile the kernel and the samplers, if need be")
     parser.set_defaults(run=run)
 
 
@@ -42,10 +42,12 @@ def run(args: argparse.Namespace) -> int:
     """Check and print."""
     if args.warm:
         from mobo_core.evaluation.kernel.load import kernel
+        from mobo_core.search.samplers.by_order import structured_sampler
         from mobo_core.search.samplers.parzen import fast_tpe
 
         for n in (6, 7):
             kernel(n)
+        structured_sampler()
         fast_tpe()
         return 0
     checks: tuple[tuple[str, Callable[[], Finding]], ...] = (
@@ -96,10 +98,10 @@ def _kernel() -> Finding:
 
 
 def _sampler() -> Finding:
-    from mobo_core.search.samplers.parzen import fast_tpe
-    from mobo_core.search.samplers.tpe import CACHE
+    from mobo_core.search.samplers.by_order import structured_sampler
+    from mobo_core.search.samplers.structured import CACHE
 
-    return loaded(CACHE, "sampler", fast_tpe)
+    return loaded(CACHE, "sampler", structured_sampler)
 
 
 def loaded(cache: Cache, part: str, load: Callable[[], object]) -> Finding:

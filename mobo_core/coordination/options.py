@@ -17,7 +17,7 @@ from mobo_core.design import SPACES, DesignSpace, load_space
 from mobo_core.errors import InputError
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec import DEFAULT_PRESET, PRESETS, load_spec
-from mobo_core.search.samplers.registry import SAMPLERS
+from mobo_core.search.samplers.registry import DEFAULT_SAMPLER, SAMPLERS
 from mobo_core.search.study import StudySettings
 from mobo_core.settings import Listed, Settings
 
@@ -29,10 +29,11 @@ _OF_STUDY = ("objectives", "sampler", "n_startup_trials", "seed", "in_flight", "
 _OF_SPACE = ("n_joints", "lengths")
 
 
-def _as_in(model: type[Settings], name: str, more: str = "") -> Any:
-    """Return the field of another model, ``more`` added to its text."""
+def _as_in(model: type[Settings], name: str, more: str = "", default: object = None) -> Any:
+    """Return the field of another model, ``more`` added to its text, with another default if one is given."""
     field = copy(model.model_fields[name])
     field.description = (field.description or "") + more
+    field.default = field.default if default is None else default
     return field
 
 
@@ -48,7 +49,7 @@ class OptimizerOptions(Settings):
     objectives: Annotated[str, Listed(OBJECTIVES.names)] = Field(
         "reach,torque", description="two or three, comma-separated"
     )
-    sampler: str = _as_in(StudySettings, "sampler")
+    sampler: str = _as_in(StudySettings, "sampler", default=DEFAULT_SAMPLER)
     seed: int = _as_in(StudySettings, "seed")
     in_flight: int = _as_in(StudySettings, "in_flight")
     engine: str = _as_in(StudySettings, "engine")

@@ -11,6 +11,8 @@ from mobo_core.search.samplers.sampler import Sampler
 from mobo_core.search.samplers.uniform import RANDOM
 
 SAMPLERS = Registry("sampler", "mobo.samplers", Sampler, (TPE, TPE_UNIVARIATE, PAPER, NSGA2, COMO, STRUCTURED, RANDOM))
+# What studies search with where no sampler is named. The field's own default stays as older bags mean it.
+DEFAULT_SAMPLER = STRUCTURED.name
 
 
 def sampler_names() -> str:
