@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from studies import QUICK, mobo, mobo_json, run_study
 
+from mobo_core.atlas.file import read_atlas
 from mobo_core.bag.record import StudyRecord
 from mobo_core.design import DesignSpace, to_urdf
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -18,6 +19,7 @@ from mobo_core.messages import Candidate, Evaluation, Trial
 from mobo_core.report.claims.check import CLAIMS, check_claims
 from mobo_core.report.claims.claim import Pair
 from mobo_core.report.claims.evidence import Arm, Evidence, Maps, of_study
+from mobo_core.report.claims.fair import of_atlas
 from mobo_core.report.claims.verdict import INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, Checked, Outcome
 from mobo_core.report.claims.voxels import spearman
 from mobo_core.report.table import study_table
@@ -232,6 +234,23 @@ def test_the_command_on_bags(capsys: pytest.CaptureFixture[str]) -> None:
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines if line.startswith("C") and "  " in line][: len(alone)] == alone
     assert lines[-1] == f"{len(alone)} claims: 0 reproduced, 0 not reproduced, {len(alone)} inconclusive"
+
+
+def test_an_atlas_gives_second_verdicts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of claims that it can speak of; what it holds decides, and how far its orders were searched."""
+    atlas = tmp_path / "six.parquet"
+    assert mobo("atlas", SAMPLES / "paper_6", "-o", atlas) == 0
+    found = mobo_json(capsys, "claims", SAMPLES / "paper_6", "--atlas", atlas, "--json")
+    assert all(set(one["fair"]) == {"verdict", "margin", "interval"} for one in found)
+    assert mobo("claims", SAMPLES / "paper_6", "--atlas", atlas, atlas) == 2
+    assert "expected one atlas of 6 joints" in capsys.readouterr().err
+    made_of = read_atlas(atlas)
+    for trials, prefixes in ((1000, 6), (10, 0)):
+        counts = np.full(len(made_of), trials)
+        gains = np.full(len(made_of), 0.5)
+        of = of_atlas(dataclasses.replace(made_of, trials_of_order=counts, expected_gain=gains))
+        assert of.fair and sum(one.known for one in of.prefixes.values()) >= prefixes
+        assert prefixes or not any(one.known for one in of.prefixes.values())
 
 
 @pytest.mark.parametrize(

@@ -34,21 +34,35 @@ class Pair:
         """In what the two differ besides joints, so that values must not be compared, a line each."""
         if self.six is None or self.seven is None:
             return []
-        lines = []
-        for name in ("spec", "space"):
-            own, other = (getattr(of, name).to_dict() for of in (self.six, self.seven))
-            for values in (own, other):
-                # Of the number of joints, and of how lengths are drawn, which changes no arm.
-                for key in ("n_joints", "lengths"):
-                    values.pop(key, None)
-            if (found := first_difference(own, other)) is not None:
-                lines.append(f"{name}: {found[0]} is {found[1]} at 6 joints, {found[2]} at 7")
-        return lines
+        return _differences(self.six, self.seven, ("at 6 joints", "at 7"))
+
+    def unlike(self, studies: Pair) -> list[str]:
+        """Return in what this, of an atlas, differs from studies, a line each."""
+        pairs = [(self.six, studies.six), (self.seven, studies.seven)]
+        return [
+            line
+            for own, other in pairs
+            if own is not None and other is not None
+            for line in _differences(own, other, (f"in the atlas of {own.n_joints} joints", "in the study"))
+        ]
 
     def has(self, needs: Sequence[int]) -> bool:
         """Return whether there are arms of these numbers of joints."""
         found = {6: self.six, 7: self.seven}
         return all((evidence := found[n]) is not None and evidence.arms for n in needs)
+
+
+def _differences(one: Evidence, two: Evidence, places: tuple[str, str]) -> list[str]:
+    lines = []
+    for name in ("spec", "space"):
+        own, other = (getattr(of, name).to_dict() for of in (one, two))
+        for values in (own, other):
+            # Of the number of joints, and of how lengths are drawn, which changes no arm.
+            for key in ("n_joints", "lengths"):
+                values.pop(key, None)
+        if (found := first_difference(own, other)) is not None:
+            lines.append(f"{name}: {found[0]} is {found[1]} {places[0]}, {found[2]} {places[1]}")
+    return lines
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from mobo_core.bag.record import StudyRecord
 from mobo_core.design import DesignSpace
 from mobo_core.design.joints import count_built
-from mobo_core.errors import MoboError
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.prefixes import PREFIX_LENGTH
 from mobo_core.report.table import REACH_FLOOR_SHARE, StudyTable
@@ -29,6 +28,8 @@ Maps = tuple[Array, Array, Array]
 STEP = 2.0
 # Trials of a prefix below which it was hardly searched, whatever the study's length.
 FEWEST_TRIALS = 100
+# Of its best reach: orders of a prefix that reach so much have to be known, in an atlas.
+NEARLY = 0.8
 
 
 @dataclass(frozen=True)
@@ -40,9 +41,9 @@ class Arm:
         lengths: m.
         reach: voxels.
         torque: N m.
-        trial: of the study; -1 of an atlas.
+        trial: of the study; of an atlas the row.
         trials: of an atlas: those its order got.
-        gain: of an atlas: by how many voxels its order's best reach may still rise.
+        known: of an atlas: whether its order was searched enough.
     """
 
     joints: str
@@ -51,7 +52,7 @@ class Arm:
     torque: float
     trial: int = -1
     trials: int = 1
-    gain: float = 0.0
+    known: bool = True
 
 
 @dataclass(frozen=True)
@@ -94,8 +95,8 @@ class Evidence:
 
     A prefix is known if it got half an equal share of the trials or more (an equal share is all trials over the
     number of prefixes that the space can build), 100 at least, and the latter half of them raised its best reach by
-    no more than two voxels of 75. In an atlas, where orders are searched by themselves, it is known if what is
-    expected of more trials is no more than that. Of other prefixes no check says that they are worse.
+    no more than two voxels of 75. In an atlas, where orders are searched by themselves, it is known if those of its
+    orders are that reach nearly as far as its best one. Of other prefixes no check says that they are worse.
 
     Attributes:
         n_joints: of the arms.
@@ -131,10 +132,9 @@ class Evidence:
 
     def _members(self, prefix: str, arms: list[Arm]) -> Members:
         if self.fair:
-            trials = sum({arm.joints: arm.trials for arm in arms}.values())
-            # What any of its orders may reach at best, over what is found.
-            gain = max(arm.reach + arm.gain for arm in arms) - max(arm.reach for arm in arms)
-            known = gain <= self.step
+            trials, gain = sum({arm.joints: arm.trials for arm in arms}.values()), 0.0
+            least = NEARLY * max(arm.reach for arm in arms)
+            known = all(arm.known for arm in arms if arm.reach >= least)
         else:
             trials, half = len(arms), len(arms) // 2
             gain = max(arm.reach for arm in arms) - max((arm.reach for arm in arms[:half]), default=0.0)
@@ -200,33 +200,3 @@ def of_study(study: StudyRecord, table: StudyTable) -> Evidence:
 
     return Evidence(arms, study.settings.space, study.settings.spec, maps=maps, urdf=urdf)
 
-
-def of_arms(arms: Sequence[Arm], space: DesignSpace, spec: EvaluationSpec) -> Evidence:
-    """Return the best arms of each order, searched each by itself, as evidence; their voxels are evaluated if asked.
-
-    Args:
-        arms: of one number of joints.
-        space: that they are of.
-        spec: that they were evaluated by.
-    """
-    from mobo_core.design import to_urdf
-    from mobo_core.evaluation.evaluate import evaluate
-
-    def urdf(arm: Arm) -> tuple[str, str] | None:
-        try:
-            return to_urdf(space.arm(arm.joints, arm.lengths), space), ""
-        except MoboError:
-            return None
-
-    def maps(arm: Arm) -> Maps | None:
-        made = urdf(arm)
-        if made is None:
-            return None
-        try:
-            result = evaluate(made[0], spec)
-        except MoboError:
-            return None
-        return result.voxel_reach, result.voxel_torque, result.voxel_torque_sd
-
-    return Evidence([replace(arm, trial=-1 - i) for i, arm in enumerate(arms)], space, spec, fair=True, maps=maps,
-                    urdf=urdf)  # fmt: skip
