@@ -15,6 +15,9 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from mobo_core.errors import InputError
 
 _MAX_YAML_BYTES = 100_000
+# Far more than people write, or metadata.yaml of a bag needs; a number has no thousand digits.
+_MAX_YAML_NODES, _MAX_YAML_WORD = 20_000, 1000
+_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # where PyYAML was built with libyaml: ten times faster
 
 _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 200
@@ -59,12 +62,11 @@ class Settings(BaseModel):
         try:
             if path.stat().st_size > _MAX_YAML_BYTES:
                 raise InputError("file too large", where=str(path), expected=f"at most {_MAX_YAML_BYTES} bytes")
-            values = yaml.safe_load(path.read_text(encoding="utf-8"))
+            values = read_yaml(path.read_text(encoding="utf-8"))
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "not UTF-8 text"
             raise InputError(reason, where=str(path), expected=f"a YAML file of {cls.__name__}") from None
-        # Its constructors pass on what int(), float() and datetime() raise; deep nesting ends the stack.
-        except (yaml.YAMLError, ValueError, RecursionError) as error:
+        except ValueError as error:
             raise InputError(f"not YAML ({_short(str(error))})", where=str(path), expected="YAML") from None
         return cls.of({} if values is None else values, where=str(path))
 
@@ -75,6 +77,43 @@ class Settings(BaseModel):
     def to_json(self) -> str:
         """Return the canonical text: equal settings give equal text."""
         return json.dumps(self.to_dict(), sort_keys=True)
+
+
+def read_yaml(text: str | bytes) -> object:
+    """Return what a YAML text holds: plain values.
+
+    Raises:
+        ValueError: it is none, or one that only grows beyond measure when it is read: aliases of aliases.
+    """
+    try:
+        _check_nodes(text)
+        return yaml.load(text, _Loader)
+    except Exception as error:  # its constructors raise whatever they meet; deep nesting ends the stack
+        raise ValueError(str(error) or type(error).__name__) from None
+
+
+def _check_nodes(text: str | bytes) -> None:
+    """Count the nodes of a YAML text, aliases as what they stand for; raise ValueError at too many."""
+    sizes: dict[str, int] = {}
+    open_: list[tuple[str | None, int]] = []  # anchor, and the count before it
+    count = 0
+    for event in yaml.parse(text, _Loader):
+        if isinstance(event, yaml.CollectionEndEvent):
+            anchor, before = open_.pop()
+            sizes |= {anchor: count - before} if anchor else {}
+        elif isinstance(event, yaml.AliasEvent):
+            if event.anchor is None or event.anchor not in sizes:
+                raise ValueError(f"alias {event.anchor!r:.40} of what is not complete")
+            count += sizes[event.anchor]
+        elif isinstance(event, yaml.NodeEvent):
+            open_ += [(event.anchor, count)] if isinstance(event, yaml.CollectionStartEvent) else []
+            count += 1
+            if isinstance(event, yaml.ScalarEvent):
+                sizes |= {event.anchor: 1} if event.anchor else {}
+                if event.implicit[0] and len(event.value) > _MAX_YAML_WORD:
+                    raise ValueError(f"a word of {len(event.value):,} characters")
+        if count > _MAX_YAML_NODES:
+            raise ValueError(f"more than {_MAX_YAML_NODES:,} values")
 
 
 def _short(value: object) -> str:

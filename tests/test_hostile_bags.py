@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import time
 import tracemalloc
 import zlib
 from collections.abc import Callable
@@ -26,6 +27,7 @@ from mobo_core.bag.writer import McapFile
 from mobo_core.errors import InputError
 from mobo_core.messages import Candidate, encode
 from mobo_core.search.study import StudySettings
+from mobo_core.settings import read_yaml
 
 
 @pytest.fixture(scope="module")
@@ -168,6 +170,23 @@ def test_chunks_that_hold_more_than_a_bag_can_fill_no_memory(tmp_path: Path, mak
         assert tracemalloc.get_traced_memory()[1] < 200_000_000
     finally:
         tracemalloc.stop()
+
+
+_GROWING = "a0: &a0 {k: 1}\n" + "".join(f"a{i}: &a{i} {{<<: [{f'*a{i - 1},' * 10}]}}\n" for i in range(1, 10))
+_BOMB = "- &a0 [x]\n" + "".join(f"- &a{i} [{f'*a{i - 1},' * 10}]\n" for i in range(1, 10))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [_GROWING, _BOMB, "x: [" + "1," * 490_000 + "1]", "x: " + "1:" * 400_000 + "1", "{a: " * 50_000, "&a [*a]",
+     "!!timestamp x", "x: " + "1:" * 300 + "1.5", "\x00", "!!int ''"],
+)  # fmt: skip
+def test_yaml_that_grows_when_it_is_read_is_refused(text: str) -> None:
+    """Before it has grown; and whatever its constructors raise is one error."""
+    began = time.process_time()
+    with pytest.raises(ValueError, match="."):
+        read_yaml(text)
+    assert time.process_time() - began < 10
 
 
 @pytest.mark.parametrize("text", ["- " * 5_000, "rosbag2_bagfile_information: 7", "\x00", "a: &a [*a]", MCAP0_MAGIC])

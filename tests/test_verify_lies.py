@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+import json
 import shutil
 from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +32,8 @@ from mobo_core.messages import (
     Command,
     Evaluation,
     EvaluatorStatus,
+    Header,
+    SpecMessage,
     StudyStatus,
     decode,
     encode,
@@ -58,7 +62,10 @@ def _xacro_once() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A study whose values any machine makes at once, with a pause, an enqueued arm and its last word."""
-    folder = tmp_path_factory.mktemp("lies") / "bag"
+    return recorded(tmp_path_factory.mktemp("lies") / "bag", N)
+
+
+def recorded(folder: Path, n_trials: int) -> Path:
     settings = StudySettings.of(SETTINGS)
     store = StudyBag(folder, "study", settings, resume=False)
     sent: list[Candidate] = []
@@ -66,7 +73,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     def publish(topic: str, data: bytes) -> None:
         sent.extend([decode(Candidate, data)] if topic == "candidates" else [])
 
-    optimizer = Optimizer(store, settings, N, Dispatcher(), publish, log=lambda line: None)
+    optimizer = Optimizer(store, settings, n_trials, Dispatcher(), publish, log=lambda line: None)
     optimizer.record_status(StudyStatus.RUNNING)
     now = 0.0
     while not optimizer.done:
@@ -78,7 +85,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
         if told == 3:
             optimizer.controls.pause(len(optimizer.study.asked), "me")
             optimizer.controls.enqueue(
-                len(optimizer.study.asked), "me", "YPPYPY", (0.05, 0.25, 0.2, 0.05, 0.0, 0.05), N
+                len(optimizer.study.asked), "me", "YPPYPY", (0.05, 0.25, 0.2, 0.05, 0.0, 0.05), n_trials
             )
             optimizer.controls.resume(len(optimizer.study.asked), "me")
         if sent:
@@ -262,7 +269,78 @@ LIES: dict[str, tuple[Callable[[Messages], None], str]] = {
     "nobody joined": (_without("EvaluatorStatus"), "without having joined"),
     "evaluator's state": (changed("EvaluatorStatus", 0, state=0), "in state 0, which is not recorded"),
     "no evaluations": (_without("Evaluation"), "no good answer"),
+    "status: stopped, though done": (changed("StudyStatus", -1, state=3), "stopped with 12 of 12"),
+    "status: more trials from the beginning": (changed("StudyStatus", 0, n_trials=11), "in a study of 11 trials"),
+    "joined twice": (_again("EvaluatorStatus", 0), "'anna' joined more than once"),
+    "seconds": (changed("Evaluation", 4, seconds=np.nan), "trial 4, seconds"),
+    "workers": (changed("EvaluatorStatus", 0, workers=0), "joined with 0 workers"),
 }
+
+
+# What verify takes as it is said; docs/operations.md says why. Stamps are clocks', which may be set.
+UNCOVERED = {
+    "StudyStatus": {"workers", "answers", "answers_unused", "bag"},
+    "EvaluatorStatus": {
+        "workers", "threads", "kernel_hash", "objectives", "answered", "mobo_version", "host_id", "pid",
+    },
+    "Evaluation": {"seconds", "mobo_version", "host_id"},
+    "Command": {"source"},
+}  # fmt: skip
+_STAMP = Header.at(0)
+
+
+def _flipped(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return np.append(value[:-1], value[-1:] + 1) if value.size else np.ones(1, value.dtype)
+    if isinstance(value, list):
+        return [*value, "x"]
+    if isinstance(value, SpecMessage):
+        return replace(value, seed=value.seed + 1)
+    if isinstance(value, Header):
+        return replace(value, frame_id="tool")
+    return value + ("x" if isinstance(value, str) else 1)
+
+
+def test_every_field_of_every_message_is_covered_or_named(tmp_path: Path) -> None:
+    """Flipped one at a time, and those that verify takes as they are said all at once."""
+    bag = recorded(tmp_path / "bag", 5)
+    record, honest = read_bag(bag)[0].record, messages_of(bag)
+    uncovered, number = messages_of(bag), 0
+    for where in {kind: at(kind, -1)(honest) for kind, _ in honest}.values():
+        kind, message = honest[where]
+        for name in (part.name for part in fields(message)):
+            flipped = _flipped(getattr(message, name))
+            if name in UNCOVERED.get(kind, ()):
+                setattr(uncovered[where][1], name, flipped)
+                continue
+            lie = [*honest]
+            lie[where] = kind, replace(message, **{name: flipped})
+            number += 1
+            assert faults(written(tmp_path / f"{number}", record, lie)), f"{kind}.{name}"
+        uncovered[where][1].header.stamp = _STAMP.stamp
+    assert number > 50 and not faults(written(tmp_path / "all", record, uncovered))
+    table = (Path(__file__).parents[1] / "docs" / "operations.md").read_text()
+    assert all(f"`{name}`" in table for names in UNCOVERED.values() for name in names)
+
+
+@pytest.mark.parametrize("value", ["[" * 100_000, "[1]", "1" + "0" * 400, "NaN", "{}", '"J"', "null", "true"])
+def test_parameters_that_are_none_are_a_fault(bag: Path, tmp_path: Path, value: str) -> None:
+    """As a whole, or in the place of a number: nothing else ends."""
+    messages = messages_of(bag)
+    known = json.loads(messages[at("Candidate", 4)(messages)][1].params_json)
+    last = list(known)[-1]
+    for number, text in enumerate((value, json.dumps(known).replace(json.dumps(known[last]), value))):
+        changed("Candidate", 4, params_json=text)(messages)
+        found = faults(written(tmp_path / f"{number}", read_bag(bag)[0].record, messages))
+        assert any(fault.startswith("trial 4, params_json") for fault in found)
+
+
+def test_a_record_does_not_pass_for_an_older_mobos(bag: Path, tmp_path: Path) -> None:
+    """A failure of one attempt, of which an older mobo's record would not say how many it took."""
+    messages, record = messages_of(bag), read_bag(bag)[0].record
+    LIES["failed once"][0](messages)
+    del record["max_attempts"]
+    assert "bag_0.mcap: its record does not say max_attempts" in faults(written(tmp_path / "bag", record, messages))
 
 
 def _command(name: str, trial: int) -> Command:

@@ -15,6 +15,7 @@ import yaml
 from mobo_core.errors import InputError, StudyError
 from mobo_core.messages import SCHEMA_VERSION, schema
 from mobo_core.outputs import replace_whole
+from mobo_core.settings import read_yaml
 
 METADATA_FILE = "metadata.yaml"
 
@@ -77,9 +78,10 @@ def read_metadata(folder: Path) -> dict[str, Any]:
     try:
         if not path.is_file() or path.stat().st_size > _MAX_METADATA_BYTES:
             return {}
-        information = yaml.safe_load(path.read_bytes())["rosbag2_bagfile_information"]
-    except (OSError, yaml.YAMLError, ValueError, KeyError, TypeError, RecursionError):
+        held = read_yaml(path.read_bytes())
+    except (OSError, ValueError):
         return {}
+    information = held.get("rosbag2_bagfile_information") if isinstance(held, dict) else None
     return information if isinstance(information, dict) else {}
 
 
@@ -224,7 +226,7 @@ def _topic(channel: Channel, count: int) -> dict[str, Any]:
 def _qos(text: str) -> list[Any]:
     """Return the quality of service that a channel's description holds; none if it is not readable."""
     try:
-        profiles = yaml.safe_load(text) if len(text) <= _MAX_QOS_BYTES else []
-    except (yaml.YAMLError, ValueError, RecursionError):
+        profiles = read_yaml(text) if len(text) <= _MAX_QOS_BYTES else []
+    except ValueError:
         return []
     return profiles if isinstance(profiles, list) else []

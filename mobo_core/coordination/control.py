@@ -16,6 +16,7 @@ from mobo_core.messages import Command
 from mobo_core.search.study import Params, frozen_trial
 
 COMMANDS = ("pause", "resume", "stop", "enqueue")
+STOPPED_BY_COMMAND, STOPPED_BY_SIGNAL = "stopped by a command", "stopped by a signal"
 _MAX_SOURCE = 200
 
 

@@ -12,7 +12,7 @@ from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.admission import Admission
 from mobo_core.coordination.answers import claim_of, failure_reason, read_heartbeat
-from mobo_core.coordination.control import Controls
+from mobo_core.coordination.control import STOPPED_BY_COMMAND, STOPPED_BY_SIGNAL, Controls
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.leases import Dispatch, Verdict
 from mobo_core.coordination.progress import Progress
@@ -213,7 +213,7 @@ class Optimizer:
         if self.done:
             final = self.status(StudyStatus.DONE)
         else:
-            why = "stopped by a command" if self.controls.stopped else "stopped by a signal"
+            why = STOPPED_BY_COMMAND if self.controls.stopped else STOPPED_BY_SIGNAL
             final = self.status(StudyStatus.STOPPED, why)
         if not self.done or self._bag.recording:
             self._bag.append("study", final)

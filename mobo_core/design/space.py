@@ -187,8 +187,15 @@ class DesignSpace(Settings):
         return Design(joints, tuple(lengths), middle(self.base_height), middle(self.base_tilt))
 
     def design(self, params: dict[str, Any]) -> Design:
-        """Return the design of a sampler's parameters, as :meth:`suggest` would have built it."""
-        return self.suggest(FixedTrial(params))
+        """Return the design of a sampler's parameters, as :meth:`suggest` would have built it.
+
+        Raises:
+            InputError: they are none of this space.
+        """
+        try:
+            return self.suggest(FixedTrial(params))
+        except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError) as error:
+            raise InputError(f"{error!r:.80}", where="parameters", expected="those of the space") from None
 
     def params(self, design: Design) -> dict[str, Any]:
         """Return the sampler's parameters of a design: :meth:`design` of them gives its lengths to 1e-9 m.

@@ -41,7 +41,8 @@ def optuna_trials(study: StudyRecord, rows: Sequence[Row]) -> list[FrozenTrial]:
                 values=list(row.values) if row.complete else None,
                 user_attrs=_attributes(row),
             )
-        except (ValueError, KeyError, TypeError, MoboError):  # a bag may claim anything
+        # A bag may claim anything.
+        except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError, MoboError):
             continue
         if candidate is not None:
             trial.datetime_start = _time(candidate.header.time_ns)

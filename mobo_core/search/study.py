@@ -223,5 +223,5 @@ def frozen_trial(space: DesignSpace, params: Params, where: str) -> optuna.trial
         with warnings.catch_warnings(action="ignore"):  # of values out of range, refused here
             distributions = space.distributions(params)
         return optuna.trial.create_trial(state=TrialState.RUNNING, params=params, distributions=distributions)
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError, InputError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError, InputError) as error:
         raise InputError(f"not readable ({error!r:.80})", where=where, expected="parameters of the space") from None

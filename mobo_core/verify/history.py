@@ -15,6 +15,7 @@ from mobo_core.messages import (
     Command,
     Evaluation,
     EvaluatorStatus,
+    Header,
     Message,
     StudyStatus,
     Trial,
@@ -92,7 +93,9 @@ class History:
 
     def _take(self, message: Message) -> None:
         name = getattr(message, "study", self.study.name)
-        trial = getattr(message, "trial", -1)
+        trial, header = getattr(message, "trial", -1), getattr(message, "header", _HEADER)
+        if header.frame_id != _HEADER.frame_id:
+            self._blame(trial, "frame_id", f"{header.frame_id[:80]!r} ({message.kind})")
         if name != self.study.name:
             self._blame(trial, "study", f"{name[:80]!r} in a bag of {self.study.name!r} ({message.kind})")
         match message:
@@ -116,7 +119,8 @@ class History:
         number, key = candidate.trial, (candidate.attempt, candidate.evaluator)
         if number in self._told:
             return self._blame(number, "candidate", "sent out after its trial was told")
-        if number not in self._open:
+        is_new = number not in self._open
+        if is_new:
             if number != self._asked:
                 self._blame(number, "candidate", f"sent out when it was the turn of trial {self._asked}")
             elif number > self.told - 1 + self.settings.in_flight:
@@ -131,10 +135,8 @@ class History:
             self._blame(number, "candidate", "sent out after its answer had come")
         if candidate.attempt != len(trial.sent) + 1:
             self._blame(number, "attempt", f"{candidate.attempt} is sending number {len(trial.sent) + 1}")
-        if candidate.evaluator not in self._around.joined:
-            self._blame(number, "evaluator", f"{candidate.evaluator!r} was sent it without having joined")
         trial.sent.add(key)
-        self._around.sent(candidate)
+        self._around.sent(candidate, is_new=is_new)
 
     def _answered(self, evaluation: Evaluation) -> None:
         number, key = evaluation.trial, (evaluation.attempt, evaluation.evaluator)
@@ -142,6 +144,11 @@ class History:
             return self._blame(number, "evaluation", f"of {evaluation.evaluator!r}, to a trial that was never sent out")
         trial = self._open.get(number)
         was_sent = key in (trial.sent if trial is not None else self._closed.get(number, ()))
+        if was_sent and evaluation.status == Evaluation.OK:
+            if evaluation.reason:
+                self._blame(number, "reason", f"{evaluation.reason[:80]!r} of an answer with values")
+            if not 0 <= evaluation.seconds < math.inf:
+                self._blame(number, "seconds", f"{evaluation.seconds!r} s for an evaluation")
         if was_sent and self._is_valid(evaluation):
             self.answers.setdefault(number, []).append(evaluation)
         if was_sent and trial is not None:
@@ -231,4 +238,5 @@ class History:
         self.faults.append(Fault(trial, what, text))
 
 
+_HEADER = Header()
 _TOPIC_OF = {cls.kind: topic for topic, cls in TOPICS.items()}

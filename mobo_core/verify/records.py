@@ -40,7 +40,7 @@ def check_candidates(study: StudyRecord) -> Iterator[Fault]:
         try:
             found = json.loads(candidate.params_json)
             design = space.design(found)
-        except (ValueError, KeyError, TypeError, RecursionError, InputError) as error:
+        except (ValueError, RecursionError, InputError) as error:
             yield Fault(trial, "params_json", f"no parameters of the space ({error!r:.80})")
             continue
         if candidate.params_json != json.dumps(found):
@@ -68,7 +68,7 @@ def check_enqueued(study: StudyRecord) -> Iterator[Fault]:
         try:
             asked = json.loads(command.arguments_json)
             params = study.settings.space.params(study.settings.space.arm(asked["joints"], asked["lengths"]))
-        except (ValueError, KeyError, TypeError, RecursionError, InputError) as error:
+        except (ValueError, KeyError, TypeError, ArithmeticError, RecursionError, InputError) as error:
             yield Fault(number, "command", f"enqueued no arm of the space ({error!r:.80})")
             continue
         if asked.get("params") != params:
