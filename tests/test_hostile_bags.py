@@ -23,6 +23,7 @@ from studies import mobo, run_study
 from mobo_core.bag.collector import read_study
 from mobo_core.bag.files import METADATA_FILE, bag_files
 from mobo_core.bag.record import study_record
+from mobo_core.bag.study_bag import check_writable
 from mobo_core.bag.writer import McapFile
 from mobo_core.errors import InputError
 from mobo_core.messages import Candidate, encode
@@ -170,6 +171,17 @@ def test_chunks_that_hold_more_than_a_bag_can_fill_no_memory(tmp_path: Path, mak
         assert tracemalloc.get_traced_memory()[1] < 200_000_000
     finally:
         tracemalloc.stop()
+
+
+def test_whether_a_bag_can_be_written_is_known_at_once(tmp_path: Path) -> None:
+    """Before anything starts, and without leaving anything behind."""
+    check_writable(tmp_path / "a" / "b")
+    check_writable(tmp_path)
+    assert not list(tmp_path.iterdir())
+    (tmp_path / "file").touch()
+    for folder in (Path("/proc/x"), tmp_path / "file" / "x", tmp_path / ("n" * 300)):
+        with pytest.raises(InputError, match="expected a folder that can be made and written to"):
+            check_writable(folder)
 
 
 _GROWING = "a0: &a0 {k: 1}\n" + "".join(f"a{i}: &a{i} {{<<: [{f'*a{i - 1},' * 10}]}}\n" for i in range(1, 10))

@@ -158,6 +158,7 @@ def test_a_range_of_totals_is_searched() -> None:
         ({"total_length": [0.4, 2.0], "last_link": "bounded"}, "at most 1.8 m"),
         ({"joint_limit": "135degrees"}, "text such as 135deg"),
         ({"joint_limit": "400deg"}, "less than or equal to 6.28"),
+        ({"joint_limit": 135}, "less than or equal to 6.28319 rad; degrees are written 135deg"),
         ({"motor_mass": [0.5, 0.4]}, "motor_mass to have 6 entries, one a joint, not 2"),
         ({"motor_mass": [0.5, 0.4, 0.3, 0.2, 0.1, 0]}, "greater than 0"),
         ({"joints": ["Y", "PX"]}, "distinct letters of RPY"),

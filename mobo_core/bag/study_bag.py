@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -60,8 +61,7 @@ class StudyBag:
         try:
             self._lock: BagLock | None = BagLock(folder, node, make=True)
         except OSError as error:
-            expected = "a folder that can be made and written to"
-            raise InputError(str(error.strerror), where=str(folder), expected=expected) from None
+            raise _not_writable(folder, error) from None
         try:
             # Again: another optimizer may have been faster.
             recorded = _check(folder, name, settings, resume=resume)
@@ -165,6 +165,32 @@ def check_new(folder: Path) -> None:
     if _holds_something(folder) and not is_blank(folder):
         expected = "resume:=true, or the name of a new bag"
         raise InputError("exists already", where=str(folder), expected=expected)
+
+
+def check_writable(folder: Path) -> None:
+    """See that a bag can be written in a folder, which is made for a moment if there is none.
+
+    Raises:
+        InputError: it cannot be made or written to.
+    """
+    made: list[Path] = []
+    try:
+        for path in reversed([path for path in (folder, *folder.parents) if not path.exists()]):
+            path.mkdir(exist_ok=True)
+            made.append(path)
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+    except OSError as error:
+        raise _not_writable(folder, error) from None
+    finally:
+        with contextlib.suppress(OSError):  # somebody else's by now
+            for path in reversed(made):
+                path.rmdir()
+
+
+def _not_writable(folder: Path, error: OSError) -> InputError:
+    expected = "a folder that can be made and written to"
+    return InputError(error.strerror or str(error), where=str(folder), expected=expected)
 
 
 def recorded_study(folder: Path) -> tuple[str, StudySettings] | None:

@@ -65,7 +65,9 @@ class Numbers:
         if number < self.low or (self.above and number == self.low):
             raise ValueError(f"greater than {'' if self.above else 'or equal to '}{self.low:g}")
         if number > self.high:
-            raise ValueError(f"less than or equal to {self.high:.6g}")
+            degrees = self.angle and "deg" not in str(value) and number <= math.degrees(self.high)
+            hint = f" rad; degrees are written {number:g}deg" if degrees else ""
+            raise ValueError(f"less than or equal to {self.high:.6g}{hint}")
         return number
 
     def _read(self, value: object) -> float:

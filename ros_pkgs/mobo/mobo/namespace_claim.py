@@ -94,9 +94,9 @@ class NodeNamespace:
                     until = until or now + self._lease_s
                     if now >= until:
                         raise
-                    self._say(f"{error}; waiting for it to vanish")
+                    self._say(f"{error}; waiting {self._lease_s:g} s for it to vanish")
             elif (other := self._claim.in_the_way(now)) is not None and other.pid:
-                self._say(f"{self._where} is in use by {other}; waiting for it to vanish")
+                self._say(f"{self._where} is in use by {other}; waiting {self._lease_s:g} s for it to vanish")
             executor.spin_once(timeout_sec=0.05)
             # The graph keeps a killed node for long, but only with those who knew it before.
             self._claim.alive(self._node.count_publishers("optimizers") - self._dead)
@@ -105,7 +105,7 @@ class NodeNamespace:
     def _say(self, text: str) -> None:
         if text != self._said:
             self._said = text
-            self._node.get_logger().info(text)
+            self._node.get_logger().warning(text)  # `study` shows warnings alone
 
     def hold(self) -> None:
         """Tell the others that the namespace is taken, until this node ends."""
