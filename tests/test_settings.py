@@ -20,7 +20,9 @@ LAUGHS = "a0: &a0 [ha, ha, ha]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 
         pytest.param(LAUGHS, "not YAML ('more than 20,000 values')", id="bomb in an unknown field"),
         pytest.param("[" * 50_000, "not YAML", id="deep"),
         pytest.param("seed: " + "9" * 50_000, "not YAML", id="many digits"),
-        pytest.param("seed: 0x" + "f" * 50_000, "not YAML ('a word of 50,002 characters')", id="many hexadecimal digits"),
+        pytest.param(
+            "seed: 0x" + "f" * 50_000, "not YAML ('a word of 50,002 characters')", id="many hexadecimal digits"
+        ),
         pytest.param("seed: !!int x", "not YAML", id="no integer"),
         pytest.param("voxel_size: !!float x", "not YAML", id="no number"),
         pytest.param("seed: 2024-13-45", "not YAML", id="no date"),
