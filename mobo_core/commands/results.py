@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from mobo_core.arms.read import ReadArm
     from mobo_core.bag.record import StudyRecord
     from mobo_core.evaluation.joint_torque import JointTorque
     from mobo_core.evaluation.result import Result
@@ -34,6 +35,19 @@ def print_result(result: Result) -> None:
         print(f"note    {result.ignored_shapes} collision shapes left out: only cylinders and spheres count")
     if result.joint_torques and result.reach:
         _print_joints(result.joint_torques)
+
+
+def print_read(arm: ReadArm) -> None:
+    """Print what collision shapes an arm of a file was given, and where joints are held."""
+    capsules = arm.capsules
+    if capsules.fitted:
+        ratio = capsules.volume_ratio
+        larger = "" if ratio is None else f", {ratio:.2f} times the volume of its shapes"
+        off = f"up to {1e3 * capsules.largest_gap:.0f} mm off a mesh or box, at {capsules.at}"
+        print(f"shapes  {capsules.count} capsules{larger}; {off}")
+    held = [f"{name} {value:.4g}" for name, value in arm.held.items() if value]
+    if held:
+        print(f"held    {', '.join(held)}")
 
 
 def _print_joints(joints: Sequence[JointTorque]) -> None:

@@ -41,6 +41,19 @@ def capsules_of(
     return capsules
 
 
+def listed_pairs(joint: NDArray[np.int64], names: Sequence[str], apart: set[frozenset[str]]) -> NDArray[np.int64]:
+    """Return the pairs (k, 2) of capsules on different joints whose ``names`` are not listed in ``apart``.
+
+    ``joint`` (c,) of all capsules; those of one name are one body.
+    """
+    pairs = [
+        (i, j)
+        for i, j in itertools.combinations(range(len(names)), 2)
+        if joint[i] != joint[j] and names[i] != names[j] and frozenset((names[i], names[j])) not in apart
+    ]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
 def separate_pairs(
     joint: NDArray[np.int64], ends: NDArray[np.float64], radius: NDArray[np.float64]
 ) -> NDArray[np.int64]:

@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from mobo_core.errors import InputError
-from mobo_core.evaluation.capsules import capsules_of, separate_pairs
+from mobo_core.evaluation.capsules import capsules_of, listed_pairs, separate_pairs
 from mobo_core.evaluation.kernel.configuration import forward
 from mobo_core.evaluation.kernel.geometry import place_capsules
 from mobo_core.evaluation.matrices import axis_frame, matmul, matvec, norm, transposed
@@ -35,10 +35,10 @@ class Chain:
         capsule_a, capsule_b: (c, 3) m, ends of its segment in that joint frame.
         capsule_radius: (c,) m.
         pairs: (k, 2) capsules that may collide: carried by different joints, and apart by more than
-            TOUCHING in the configuration nearest zero within the limits.
+            TOUCHING in the configuration nearest zero within the limits; or as the URDF lists them.
         joint_names: (n,) names.
         tip: name of the tip link.
-        ignored_shapes: collision shapes that are neither cylinder nor sphere, left out.
+        ignored_shapes: collision shapes that are neither cylinder nor sphere nor mesh, left out.
         model: the Pinocchio model it was taken from, with these n joints.
         tip_frame: id of the tip's frame in that model.
     """
@@ -169,11 +169,14 @@ def _flatten(model: pin.Model, tip_frame: int, tip: str, checked: CheckedUrdf) -
         model=model,
         tip_frame=tip_frame,
     )
-    object.__setattr__(chain, "pairs", _pairs(chain))
+    names = [shape.name for shape in checked.shapes]
+    pairs = rest_pairs(chain) if checked.apart is None else listed_pairs(chain.capsule_joint, names, checked.apart)
+    object.__setattr__(chain, "pairs", pairs)
     return chain
 
 
-def _pairs(chain: Chain) -> NDArray[np.int64]:
+def rest_pairs(chain: Chain) -> NDArray[np.int64]:
+    """Return the pairs (k, 2) of capsules that may collide where none are listed."""
     n = chain.n
     rest = np.clip(np.zeros(n), chain.lower, chain.upper)
     axes, origins, rotations = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))

@@ -29,6 +29,7 @@ class Shape:
 
     Attributes:
         link: name of the link.
+        name: of the shape, by which pairs are listed; the link's where it has none.
         xyz: metres, centre of the segment.
         rpy: rad, fixed-axis roll, pitch, yaw.
         length: metres, of the segment; 0 for a ball.
@@ -36,6 +37,7 @@ class Shape:
     """
 
     link: str
+    name: str
     xyz: tuple[float, ...]
     rpy: tuple[float, ...]
     length: float
@@ -51,7 +53,8 @@ class CheckedUrdf:
         root: name of the root link.
         parents: link -> (parent link, joint name, joint type) for all links but the root.
         shapes: collision cylinders and spheres.
-        ignored_shapes: collision shapes of other kinds (boxes, meshes), which are left out.
+        ignored_shapes: collision shapes of other kinds (such as boxes), which are left out.
+        apart: pairs of names of shapes that do not collide, if they are listed: then all others may, however close.
         mimics: names of the joints that follow another one.
     """
 
@@ -60,6 +63,7 @@ class CheckedUrdf:
     parents: dict[str, tuple[str, str, str]] = field(default_factory=dict)
     shapes: list[Shape] = field(default_factory=list)
     ignored_shapes: int = 0
+    apart: set[frozenset[str]] | None = None
     mimics: set[str] = field(default_factory=set)
 
     def leaves(self) -> list[str]:
@@ -103,6 +107,9 @@ def check_urdf(urdf: str | bytes) -> CheckedUrdf:
     for joint in joints:
         _joint(joint, plain, names, checked)
     _one_tree(names, checked)
+    listed = robot.find("self_collision")
+    if listed is not None:
+        checked.apart = _listed(listed)
     checked.xml = "".join([*plain, "</robot>"])
     return checked
 
@@ -137,6 +144,9 @@ def _link(link: Element, plain: list[str], checked: CheckedUrdf) -> None:
 def _shape(collision: Element, link: str, checked: CheckedUrdf) -> None:
     where = f"urdf link {link!r} collision"
     geometry = collision.find("geometry")
+    if geometry is not None and geometry.find("mesh") is not None:
+        expected = "spheres and cylinders; `mobo evaluate FILE` fits capsules to meshes"
+        raise InputError("a mesh", where=where, expected=expected)
     cylinder = None if geometry is None else geometry.find("cylinder")
     sphere = None if geometry is None else geometry.find("sphere")
     if cylinder is None and sphere is None:
@@ -150,7 +160,15 @@ def _shape(collision: Element, link: str, checked: CheckedUrdf) -> None:
     xyz, rpy = numbers(origin, "xyz", "0 0 0", where), numbers(origin, "rpy", "0 0 0", where)
     if len(checked.shapes) >= MAX_SHAPES:
         raise InputError(f"more than {MAX_SHAPES} collision shapes", where="urdf", expected=f"at most {MAX_SHAPES}")
-    checked.shapes.append(Shape(link, xyz, rpy, length, radius))
+    checked.shapes.append(Shape(link, collision.get("name", link), xyz, rpy, length, radius))
+
+
+def _listed(listed: Element) -> set[frozenset[str]]:
+    """Return the pairs of shapes that ``<self_collision>`` lists as never colliding, as an SRDF lists links."""
+    pairs = listed.findall("disable_collisions")
+    if len(pairs) > MAX_SHAPES * MAX_SHAPES:
+        raise InputError(f"{len(pairs)} pairs", where="urdf self_collision", expected=f"at most {MAX_SHAPES**2}")
+    return {frozenset((pair.get("link1", ""), pair.get("link2", ""))) for pair in pairs}
 
 
 def _joint(joint: Element, plain: list[str], links: set[str], checked: CheckedUrdf) -> None:

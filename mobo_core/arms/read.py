@@ -1,0 +1,255 @@
+"""An arm from its file as it is found, made into the plain URDF that is evaluated and sent.
+
+The plain URDF holds the links on the way to the tip and the joints between them, as they were, to the bit. All that
+hangs on a link beside the way is part of it: its mass, and its collision shapes as capsules (cylinders that evaluations
+take with half balls beyond their ends). So no evaluator ever reads a mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from mobo_core.arms.collision import Capsules, Fitted, fit_links
+from mobo_core.arms.packages import Packages, read_description
+from mobo_core.arms.rigid import Inertial, Placement, joined, rotation, rotation_rpy
+from mobo_core.arms.robot import Joint, Robot, read_robot
+from mobo_core.arms.srdf import Pairs, read_srdf
+from mobo_core.arms.tips import find_tip
+from mobo_core.errors import InputError
+from mobo_core.evaluation.chain import chain_from_urdf, rest_pairs
+from mobo_core.evaluation.urdf import check_urdf
+from mobo_core.evaluation.urdf_xml import parse, text
+
+PairRule = Literal["rest", "adjacent"]
+
+
+@dataclass(frozen=True)
+class ReadArm:
+    """An arm made plain.
+
+    Attributes:
+        urdf: what is evaluated.
+        tip: link that has to reach.
+        notes: what was assumed or guessed, a line each.
+        held: joints beside the way, or on it but set, and where they are held (rad or m).
+        fitted: link -> its capsules.
+    """
+
+    urdf: str
+    tip: str
+    notes: tuple[str, ...] = ()
+    held: Mapping[str, float] = field(default_factory=dict)
+    fitted: Mapping[str, Fitted] = field(default_factory=dict)
+
+    @property
+    def capsules(self) -> Capsules:
+        """How many capsules there are, and how much larger than the shapes they stand for."""
+        return Capsules.of(self.fitted)
+
+
+def read_arm(
+    path: str | Path,
+    tip: str = "",
+    *,
+    held: Mapping[str, float] | None = None,
+    package_dirs: Sequence[str] = (),
+    srdf: str = "",
+    pairs: PairRule = "rest",
+    xacro: Mapping[str, str] | None = None,
+    shapes: bool = True,
+    progress: Callable[[int, int], None] | None = None,
+) -> ReadArm:
+    """Read an arm from a URDF or xacro file.
+
+    Args:
+        path: the file.
+        tip: link that has to reach; where it is plain which one, it need not be named.
+        held: joints and where to hold them, rad or m; others beside the way to the tip are held nearest zero within
+            their limits, mimic joints where their leader takes them. One on the way that is set does not move.
+        package_dirs: folders with packages, beyond the file's own folder and those above it.
+        srdf: file that says which links may touch.
+        pairs: without it, which pairs of links may touch: those that do with all joints nearest zero (``rest``), or
+            neighbours (``adjacent``).
+        xacro: arguments of a xacro file.
+        shapes: whether collision shapes are wanted; without them no mesh is read.
+        progress: called with (links done, links in all) while capsules are fitted.
+
+    Raises:
+        InputError: the file, or one that it names, is missing or no good; no such tip or joint, or several as likely.
+    """
+    packages = Packages(Path(path), package_dirs)
+    robot = read_robot(parse(read_description(str(path), packages, xacro or {})))
+    found = find_tip(robot, tip)
+    way = robot.path(found)
+    at = _held(robot, way, held or {})
+    moving = [joint for joint in way if joint.moves and joint.name not in at]
+    _check_way(robot, found, moving)
+    homes = _homes(robot, [robot.root, *(joint.child for joint in way)], at)
+    fitted = fit_links(robot, [link for link in robot.links if link in homes] if shapes else [], packages, progress)
+    apart = None
+    if srdf:
+        apart = read_srdf(srdf, robot.links)
+    elif pairs == "adjacent":
+        apart = _neighbours(way, at, homes, list(fitted))
+    urdf = _plain(robot, way, at, homes, fitted, apart)
+    if apart is not None:
+        robot.notes += touching(urdf, found)
+    return ReadArm(urdf, found, tuple(robot.notes), at, fitted)
+
+
+def touching(urdf: str, tip: str) -> list[str]:
+    """Return a note if links that must not touch do so with all joints nearest zero."""
+    chain, checked = chain_from_urdf(urdf, tip), check_urdf(urdf)
+    apart = {(int(i), int(j)) for i, j in rest_pairs(chain)}
+    names = [shape.name for shape in checked.shapes]
+    pairs = {" and ".join((names[i], names[j])) for i, j in chain.pairs.tolist() if (i, j) not in apart}
+    if not pairs:
+        return []
+    return [f"with all joints nearest zero, links that must not touch do: {', '.join(sorted(pairs)[:4])}"]
+
+
+def _held(robot: Robot, way: list[Joint], given: Mapping[str, float]) -> dict[str, float]:
+    """Return where each joint that does not move is held."""
+    joints = {joint.name: joint for joint in robot.joints.values() if joint.moves}
+    for name, value in given.items():
+        if name not in joints:
+            known = ", ".join(list(joints)[:8]) or "a robot with joints that move"
+            raise InputError(f"no joint {name!r} that moves", where="--set", expected=known)
+        joint = joints[name]
+        if joint.lower < joint.upper and not joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
+            expected = f"{joint.lower:g} to {joint.upper:g}, its limits"
+            raise InputError(f"{value:g}", where=f"--set {name}", expected=expected)
+    on_way = {joint.name for joint in way}
+    at: dict[str, float] = {}
+
+    def place(name: str, seen: tuple[str, ...] = ()) -> float:
+        joint = joints[name]
+        if name in given:
+            return given[name]
+        if not joint.leader or joint.leader in on_way or joint.leader not in joints or name in seen:
+            return min(max(0.0, joint.lower), joint.upper)
+        return joint.multiplier * place(joint.leader, (*seen, name)) + joint.offset
+
+    for name in joints:
+        if name in given or name not in on_way:
+            at[name] = place(name)
+    return at
+
+
+def _check_way(robot: Robot, tip: str, moving: list[Joint]) -> None:
+    if not moving:
+        what = f"no joint that moves between {robot.root!r} and {tip!r}"
+        raise InputError(what, where="urdf", expected="one or more")
+    for joint in moving:
+        where = f"urdf joint {joint.name!r}"
+        if joint.leader:
+            raise InputError("follows another joint", where=where, expected="no <mimic> on the way, or --set")
+        if joint.kind == "prismatic":
+            expected = f"joints that turn on the way to the tip, or --set {joint.name}=0.1"
+            raise InputError("type 'prismatic'", where=where, expected=expected)
+
+
+def _placed(joint: Joint, at: Mapping[str, float]) -> Placement:
+    """Return where the child of a joint that is held stands in the parent."""
+    value = at.get(joint.name, 0.0)
+    if value == 0.0:
+        return joint.placed
+    if joint.kind == "prismatic":
+        return joint.placed.then(Placement(tuple(value * a for a in joint.axis)))
+    length = sum(a * a for a in joint.axis) ** 0.5
+    return joint.placed.then(Placement(rpy=rotation_rpy(rotation(np.array(joint.axis) / length, value))))
+
+
+def _homes(robot: Robot, way: list[str], at: Mapping[str, float]) -> dict[str, tuple[str, Placement]]:
+    """Return for each link the link of the way that it is part of, and where it stands in that."""
+    homes = {link: (link, Placement()) for link in way}
+    for link in robot.links:
+        above = []
+        while link not in homes:
+            above.append(robot.joints[link])
+            link = above[-1].parent
+        for joint in reversed(above):
+            home, placed = homes[joint.parent]
+            homes[joint.child] = home, placed.then(_placed(joint, at))
+    return homes
+
+
+def _neighbours(
+    way: list[Joint], at: Mapping[str, float], homes: Mapping[str, tuple[str, Placement]], links: list[str]
+) -> Pairs:
+    """Return the pairs of ``links`` with at most one joint that moves between them."""
+    number = {way[0].parent: 0}
+    for joint in way:
+        number[joint.child] = number[joint.parent] + (joint.moves and joint.name not in at)
+    carried = {link: number[homes[link][0]] for link in links}
+    return {frozenset((a, b)) for a in links for b in links if a != b and abs(carried[a] - carried[b]) <= 1}
+
+
+def _plain(
+    robot: Robot,
+    way: list[Joint],
+    at: Mapping[str, float],
+    homes: Mapping[str, tuple[str, Placement]],
+    fitted: Mapping[str, Fitted],
+    apart: Pairs | None,
+) -> str:
+    lines = [f"<robot name={quoteattr(robot.name)}>"]
+    for link in (robot.root, *(joint.child for joint in way)):
+        parts = [part for part in robot.links if homes[part][0] == link]
+        lines.append(f"  <link name={quoteattr(link)}>")
+        lines += _inertial([(robot.bodies[part], homes[part][1]) for part in parts if part in robot.bodies])
+        for part in parts:
+            for shape in fitted[part].shapes if part in fitted else ():
+                placed = homes[part][1].then(shape.placed)
+                size = f'radius="{shape.radius!r}" length="{shape.length!r}"'
+                kind = f"<cylinder {size}/>" if shape.length > 0 else f'<sphere radius="{shape.radius!r}"/>'
+                lines.append(
+                    f"    <collision name={quoteattr(part)}>{_origin(placed)}<geometry>{kind}</geometry></collision>"
+                )
+        lines.append("  </link>")
+    lines += [_joint_line(joint, at) for joint in way]
+    if apart is not None:
+        lines.append("  <self_collision>")
+        lines += [
+            f"    <disable_collisions link1={quoteattr(a)} link2={quoteattr(b)}/>"
+            for a, b in sorted(tuple(sorted(pair)) for pair in apart if len(pair) == 2)
+            if a in fitted and b in fitted
+        ]
+        lines.append("  </self_collision>")
+    return "\n".join([*lines, "</robot>", ""])
+
+
+def _origin(placed: Placement) -> str:
+    return f'<origin xyz="{text(placed.xyz)}" rpy="{text(placed.rpy)}"/>'
+
+
+def _inertial(parts: list[tuple[tuple[Inertial, Placement], Placement]]) -> list[str]:
+    if not parts:
+        return []
+    (own, own_placed), home = parts[0]
+    if len(parts) == 1 and home == Placement():
+        body, placed = own, own_placed
+    else:
+        body = joined([inertial.moved(inner).moved(home) for (inertial, inner), home in parts])
+        placed, body = Placement(tuple(body.com.tolist())), Inertial(body.mass, body.com * 0.0, body.moments)
+    moments = " ".join(
+        f'i{"xyz"[i]}{"xyz"[j]}="{float(body.moments[i, j])!r}"' for i in range(3) for j in range(i, 3)
+    )
+    return [f'    <inertial>{_origin(placed)}<mass value="{float(body.mass)!r}"/><inertia {moments}/></inertial>']
+
+
+def _joint_line(joint: Joint, at: Mapping[str, float]) -> str:
+    ends = f"<parent link={quoteattr(joint.parent)}/><child link={quoteattr(joint.child)}/>"
+    if not joint.moves or joint.name in at:
+        return f'  <joint name={quoteattr(joint.name)} type="fixed">{_origin(_placed(joint, at))}{ends}</joint>'
+    limits = "" if joint.kind == "continuous" else f'<limit lower="{joint.lower!r}" upper="{joint.upper!r}"/>'
+    return (
+        f'  <joint name={quoteattr(joint.name)} type="{joint.kind}">{_origin(joint.placed)}{ends}'
+        f'<axis xyz="{text(joint.axis)}"/>{limits}</joint>'
+    )

@@ -1,0 +1,90 @@
+"""An arm of a file on the command line: ``URDF --tip LINK --set joint=0.1 --package-dir FOLDER …``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from typing import TYPE_CHECKING
+
+from mobo_core.errors import InputError
+
+if TYPE_CHECKING:
+    from mobo_core.arms.read import ReadArm
+
+
+def add_file_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add what says how a robot's file is to be read."""
+    group = parser.add_argument_group("a robot's file")
+    group.add_argument("--tip", default="", metavar="LINK", help="link that has to reach; guessed where it is plain")
+    group.add_argument(
+        "--set", action="append", default=[], metavar="JOINT=VALUE", dest="held",
+        help="hold a joint there, rad (or 90deg) or m; those beside the way to the tip are held nearest zero",
+    )  # fmt: skip
+    group.add_argument(
+        "--package-dir", action="append", default=[], metavar="FOLDER", dest="package_dirs",
+        help="where package:// is looked for, beside the file's own folder and those above it",
+    )  # fmt: skip
+    group.add_argument("--srdf", default="", metavar="FILE", help="which links may touch (disable_collisions)")
+    group.add_argument(
+        "--pairs", choices=["rest", "adjacent"], default="rest",
+        help="without --srdf, which links may touch: those that do with all joints nearest zero, or neighbours [rest]",
+    )  # fmt: skip
+    group.add_argument(
+        "--xacro", action="append", default=[], metavar="NAME:=VALUE", help="argument of a xacro file"
+    )  # fmt: skip
+
+
+def read_file_argument(args: argparse.Namespace, path: str, *, quiet: bool = False, shapes: bool = True) -> ReadArm:
+    """Read the arm of a file as the arguments say; say on standard error what was assumed.
+
+    Raises:
+        InputError: see :func:`mobo_core.arms.read.read_arm`.
+    """
+    from mobo_core.arms.read import read_arm
+    from mobo_core.commands.progress import bar
+
+    held, xacro = held_joints(args.held), dict(_split(each, ":=", "--xacro") for each in args.xacro)
+    with bar("fitting capsules", quiet=quiet) as progress:
+        try:
+            arm = read_arm(
+                path, args.tip, held=held, package_dirs=args.package_dirs, srdf=args.srdf, pairs=args.pairs,
+                xacro=xacro, shapes=shapes, progress=progress,
+            )  # fmt: skip
+        except InputError as error:
+            raise error.at(path) from None
+    for note in arm.notes:
+        print(f"note: {note}", file=sys.stderr)
+    return arm
+
+
+def refuse_file_arguments(args: argparse.Namespace, source: str) -> None:
+    """Raise InputError if an argument of a robot's file is given beside ``source``, which is none."""
+    given = {"--set": args.held, "--package-dir": args.package_dirs, "--srdf": args.srdf, "--xacro": args.xacro}
+    given["--pairs"] = args.pairs != "rest"
+    for name, value in given.items():
+        if value:
+            raise InputError(f"{name} for {source}", where="arguments", expected=f"{name} with a robot's file alone")
+
+
+def held_joints(texts: list[str]) -> dict[str, float]:
+    """Return joint -> value of ``JOINT=VALUE``; degrees as ``90deg``."""
+    held = {}
+    for each in texts:
+        name, value = _split(each, "=", "--set")
+        degrees = value.endswith("deg")
+        try:
+            number = float(value.removesuffix("deg"))
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            raise InputError(repr(each), where="--set", expected="JOINT=VALUE, rad, m or such as 90deg")
+        held[name] = math.radians(number) if degrees else number
+    return held
+
+
+def _split(text: str, mark: str, where: str) -> tuple[str, str]:
+    name, found, value = text.partition(mark)
+    if not name or not found:
+        raise InputError(repr(text), where=where, expected=f"NAME{mark}VALUE")
+    return name, value
