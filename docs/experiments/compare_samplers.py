@@ -7,7 +7,6 @@ from the summary that is committed beside this script.
 from __future__ import annotations
 
 import argparse
-import functools
 import json
 import time
 from pathlib import Path
@@ -19,7 +18,6 @@ from surrogate import Surrogate
 from surrogate_data import FOLDER, SPEC, XACRO
 
 from mobo_core.design import Design
-from mobo_core.evaluation import EvaluationSpec, load_spec
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.search.front import aims_of, hypervolume, pareto_front
 
@@ -57,9 +55,9 @@ def run(method: str, seed: int, n_trials: int, value: Value, file: Path) -> dict
     return result
 
 
-def real_value(design: Design, spec: EvaluationSpec = SPEC) -> tuple[float, float]:
+def real_value(design: Design) -> tuple[float, float]:
     """Return reach and torque (N m) by the evaluation itself."""
-    result = evaluate(XACRO.to_urdf(design), spec)
+    result = evaluate(XACRO.to_urdf(design), SPEC)
     return result.reach, result.torque
 
 
@@ -71,10 +69,9 @@ def surrogate_value(folder: Path) -> Value:
 
 def run_all(args: argparse.Namespace) -> None:
     """Run what is missing and keep it."""
-    spec = load_spec(args.spec)
-    runs = args.folder / (("real" if spec == SPEC else f"real_{args.spec}") if args.real else "runs")
+    runs = args.folder / "runs"
     runs.mkdir(parents=True, exist_ok=True)
-    value = functools.partial(real_value, spec=spec) if args.real else surrogate_value(args.folder)
+    value = surrogate_value(args.folder)
     for seed in args.seeds:
         for method in args.methods or METHODS:
             file = runs / f"{method.replace(' ', '_')}__{args.trials}__{seed}.json"
@@ -85,16 +82,15 @@ def run_all(args: argparse.Namespace) -> None:
 
 
 def summarise(args: argparse.Namespace) -> None:
-    """Join all runs into the summary: per kind of value, method, checkpoint and seed the hypervolume."""
+    """Join all runs into the summary: per method, checkpoint and seed the hypervolume."""
     summary: dict[str, Any] = {}
-    for kind in ("runs", "real", "real_mobo"):
-        for file in sorted((args.folder / kind).glob("*.json")):
-            result = json.loads(file.read_text())
-            row = summary.setdefault(kind, {}).setdefault(result["method"], {"hypervolume": {}, "ms_a_trial": {}})
-            for n, found in result["hypervolume"].items():
-                row["hypervolume"].setdefault(n, {})[str(result["seed"])] = round(found, 5)
-            times = row["ms_a_trial"].setdefault(str(result["trials"]), [])
-            times.append(round(result["ms_a_trial"], 2))
+    for file in sorted((args.folder / "runs").glob("*.json")):
+        result = json.loads(file.read_text())
+        row = summary.setdefault(result["method"], {"hypervolume": {}, "ms_a_trial": {}})
+        for n, found in result["hypervolume"].items():
+            row["hypervolume"].setdefault(n, {})[str(result["seed"])] = round(found, 5)
+        times = row["ms_a_trial"].setdefault(str(result["trials"]), [])
+        times.append(round(result["ms_a_trial"], 2))
     SUMMARY.write_text(json.dumps(summary, indent=0, sort_keys=True) + "\n")
 
 
@@ -131,25 +127,19 @@ def interval(values: list[float]) -> tuple[float, float]:
 
 
 def tables(_: argparse.Namespace) -> None:
-    """Print the tables from the summary: of numbers in flight, of methods, and of those on the evaluation itself.
+    """Print the tables from the summary: of numbers in flight, and of methods.
 
-    Methods of fewer than five seeds on the surrogate say little, and are left out.
+    Methods of fewer than five seeds say little, and are left out.
     """
     summary = json.loads(SUMMARY.read_text())
-    summary["runs"] = {
-        name: row for name, row in summary["runs"].items() if min(map(len, row["hypervolume"].values())) >= 5
-    }
-    flight = {name: row for name, row in summary["runs"].items() if name.startswith(IN_FLIGHT)}
+    summary = {name: row for name, row in summary.items() if min(map(len, row["hypervolume"].values())) >= 5}
+    flight = {name: row for name, row in summary.items() if name.startswith(IN_FLIGHT)}
     _table(flight, base=f"{IN_FLIGHT}1")
-    others = [f"{IN_FLIGHT}1", f"{IN_FLIGHT}8", *(name for name in summary["runs"] if name not in flight)]
-    _table({name: summary["runs"][name] for name in others}, base=f"{IN_FLIGHT}8")
-    if "real" in summary:
-        _table(summary["real"])
-    if "real_mobo" in summary:
-        _table(summary["real_mobo"], base=f"{IN_FLIGHT}8")
+    others = [f"{IN_FLIGHT}1", f"{IN_FLIGHT}8", *(name for name in summary if name not in flight)]
+    _table({name: summary[name] for name in others}, base=f"{IN_FLIGHT}8")
 
 
-def _table(methods: dict[str, Any], base: str = "") -> None:
+def _table(methods: dict[str, Any], base: str) -> None:
     """Print a row a method, the best first; the difference to ``base`` is at the last checkpoint, seed by seed."""
     points = sorted({int(n) for row in methods.values() for n in row["hypervolume"]})
     last = str(points[-1])
@@ -157,13 +147,12 @@ def _table(methods: dict[str, Any], base: str = "") -> None:
     def at(method: str, n: str) -> dict[str, float]:
         return dict(methods[method]["hypervolume"].get(n, {}))
 
-    head = [f"{n:,} trials" for n in points] + ([f"difference to {base}"] if base else []) + ["ms a trial"]
+    head = [f"{n:,} trials" for n in points] + [f"difference to {base}", "ms a trial"]
     print("\n| method | seeds | " + " | ".join(head) + " |\n| --- | ---: |" + " ---: |" * len(head))
     for method in sorted(methods, key=lambda m: -float(np.mean(list(at(m, last).values()) or [0.0]))):
         cells = [_cell(list(at(method, str(n)).values())) for n in points]
-        if base:
-            mine, theirs = at(method, last), at(base, last)
-            cells.append(_cell([mine[s] - theirs[s] for s in mine if s in theirs], "+") if method != base else "")
+        mine, theirs = at(method, last), at(base, last)
+        cells.append(_cell([mine[s] - theirs[s] for s in mine if s in theirs], "+") if method != base else "")
         times = [ms for of in methods[method]["ms_a_trial"].values() for ms in of]
         seeds = max(len(found) for found in methods[method]["hypervolume"].values())
         print(f"| {method} | {seeds} | " + " | ".join(cells) + f" | {np.median(times):.1f} |")
@@ -182,8 +171,6 @@ def main() -> None:
     parser.add_argument("--methods", nargs="*", help="by name; all if none is given")
     parser.add_argument("--seeds", type=int, nargs="*", default=list(range(10)))
     parser.add_argument("--trials", type=int, default=3000)
-    parser.add_argument("--real", action="store_true", help="by the evaluation itself instead of the surrogate")
-    parser.add_argument("--spec", choices=("paper", "mobo"), default="paper", help="of --real")
     args = parser.parse_args()
     {"run": run_all, "check": check, "summarise": summarise, "tables": tables}[args.what](args)
 

@@ -3,7 +3,8 @@
     python docs/experiments/fairness.py bags/structured_0 bags/tpe_0 --trials 3000 20000
 
 Prints a row for each bag and number of trials. Orders count whose long search reaches 10 voxels of the workspace or
-more. Short: by how much a study's best reach of an order is below the long search's; it may be above.
+more, twins if one of them does in the study. Short: by how much a study's best reach of an order is below the long
+search's; it may be above.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ HEADINGS = (
     "own hypervolume, short", "within 0.015", "twins apart, worst", "within 2",
 )  # fmt: skip
 Values = list[tuple[float, float]]
+Array = np.ndarray[Any, Any]
 
 
 class Long(NamedTuple):
@@ -61,20 +63,22 @@ def row(rows: Sequence[Any], settings: mobo.StudySettings, long: dict[str, Long]
     short = np.array([long[order].reach - best.get(order, 0.0) for order in counted])
     lacking = np.array([long[order].volume - volumes.get(order, 0.0) for order in counted])
     pairs = twins(settings.space, settings.spec, ("reach", "torque"))
-    apart = np.array([abs(best.get(a, 0.0) - best.get(b, 0.0)) for a, b in pairs.items() if a < b and a in counted])
+    reached = [(best.get(a, 0.0), best.get(b, 0.0)) for a, b in pairs.items() if a < b]
+    apart = np.array([abs(one - other) for one, other in reached if max(one, other) >= LEAST_REACH])
     return [
         f"{hypervolume([value for values in own.values() for value in values], aims):.4f}",
         f"{len(own)}",
         f"{sum(reach >= LEAST_REACH for reach in best.values())}",
         f"{sum(best.values()) / settings.space.n_orders:.1f}",
-        f"{short.mean():.2f}",
-        f"{(short <= 3.0).mean():.1%}",
-        f"{(short <= 1.5).mean():.1%}",
-        f"{lacking.mean():.4f}",
-        f"{(lacking <= 0.015).mean():.1%}",
+        *(_mean(short, ".2f"), _mean(short <= 3.0, ".1%"), _mean(short <= 1.5, ".1%")),
+        *(_mean(lacking, ".4f"), _mean(lacking <= 0.015, ".1%")),
         f"{apart.max(initial=0.0):.1f}",
-        f"{(apart <= 2.0).mean():.1%}" if len(apart) else "-",
+        _mean(apart <= 2.0, ".1%"),
     ]
+
+
+def _mean(values: Array, form: str) -> str:
+    return format(float(values.mean()), form) if len(values) else "–"
 
 
 def unseen(rows: Sequence[Any], settings: mobo.StudySettings, least: float) -> str:

@@ -38,7 +38,7 @@ def test_twenty_thousand_trials_within_bounds(nodes: Nodes, tmp_path: Path) -> N
     2 kB compacted; no growth where no trial is added.
     """
     bag, n = tmp_path / "bag", 20_000
-    optimizer = nodes.optimizer(bag, n_trials=n, in_flight=64)
+    optimizer = nodes.optimizer(bag, n_trials=n, in_flight=64, sampler="tpe")
     evaluators = [nodes.start("evaluator", workers=2, engine="simulated", simulated_s=0.0) for _ in range(2)]
     a_trial = 2_300  # bytes of the bag, roughly: to count its trials would take too long
     until_bytes(bag, 2_000 * a_trial, optimizer, 600)
