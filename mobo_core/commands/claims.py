@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import read_bag_argument
-from mobo_core.errors import InputError
+from mobo_core.errors import InputError, visible
 
 if TYPE_CHECKING:
     from mobo_core.report.claims.claim import Pair
@@ -83,6 +83,8 @@ def _pair(bag6: str, bag7: str | None) -> Pair:
             raise InputError(f"arms of {n} joints", where=bag, expected="a study of 6 or 7 joints")
         if n in found:
             raise InputError(f"of {n} joints as {bags[0]} is", where=bag, expected=f"a study of {13 - n} joints")
+        if "simulated" in {study.settings.engine, *(candidate.engine for candidate in study.candidates[:1])}:
+            print(visible(f"note: {bag}: values are invented (engine simulated)"), file=sys.stderr)
         evidence = of_study(study, study_table(study))
         if not evidence.arms:
             raise InputError("no complete trial", where=bag, expected="a study with at least one arm evaluated")

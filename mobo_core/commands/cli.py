@@ -15,7 +15,10 @@ from mobo_core.errors import MoboError, visible
 from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
-VERBS = ("evaluate", "report", "claims", "verify", "atlas", "export", "bag", "example", "bench", "doctor", "completion")
+VERBS = (
+    "evaluate", "report", "claims", "compare", "verify", "atlas", "export", "bag", "example", "bench", "doctor",
+    "completion",
+)  # fmt: skip
 
 FIRST = """\
 Which robot arm to build. To begin with:

@@ -66,7 +66,7 @@ def steadiness(study: StudyRecord, table: StudyTable) -> list[Steadiness]:
     what other poses in them would change, see :func:`standard_errors`. Objectives beyond reach and torque stay as
     they are. Efron and Tibshirani, An Introduction to the Bootstrap, 1993.
     """
-    rows = [row for row in _near(table) if study.accepted(row.trial) is not None]
+    rows = [row for row in near_front(table) if study.accepted(row.trial) is not None]
     if not rows:
         return []
     answers = [study.accepted(row.trial) for row in rows]
@@ -88,7 +88,7 @@ def steadiness(study: StudyRecord, table: StudyTable) -> list[Steadiness]:
     return sorted(found, key=lambda one: (-one.share, -one.row.reach, one.row.trial))
 
 
-def _near(table: StudyTable) -> list[Row]:
+def near_front(table: StudyTable) -> list[Row]:
     """Return the front above the reach floor, then the fronts of what is left, up to a number of arms."""
     rest = [row for row in table.complete if row.above_floor]
     near: list[Row] = []

@@ -15,6 +15,8 @@ _ENDS = (2.5, 97.5)
 # Of an arm without voxels: the poses' noise of reach as a share of the least difference that counts, and of torque.
 _REACH_SE, _TORQUE_SE = 0.35, 0.01
 
+_STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365)
+
 # From reach and torque of arms, (arms, …), to margins, (…).
 Margin = Callable[[Array, Array], Array]
 # Prefixes, each with where it was searched.
@@ -92,6 +94,13 @@ def judged(
     rests_on = lowered_by if interval[0] > 0 else raised_by if interval[1] < 0 else ()
     unknown = [prefix for evidence, prefix in rests_on if evidence.unknown([prefix])]
     return Part(name, value, interval, dict(numbers or {}), tuple(dict.fromkeys(unknown)))
+
+
+def student(freedom: int) -> float:
+    """Return the 97.5 % quantile of Student's t, to 1 % (the normal's, and its expansion, from eight on)."""
+    if freedom < 8:
+        return _STUDENT[freedom - 1]
+    return 1.96 * (1 + (1.96**2 + 1) / (4 * freedom))
 
 
 def named(arms: Sequence[tuple[Evidence, Arm]]) -> dict[str, Number]:

@@ -10,15 +10,13 @@ from mobo_core.design import Design, to_urdf
 from mobo_core.errors import MoboError
 from mobo_core.report.claims.claim import Claim, Pair, missing
 from mobo_core.report.claims.evidence import Arm, Array, Evidence, Flags, Indices, Maps
-from mobo_core.report.claims.noise import RESAMPLES, compared, interval_of, judged
+from mobo_core.report.claims.noise import RESAMPLES, compared, interval_of, judged, student
 from mobo_core.report.claims.verdict import Number, Part
 from mobo_core.search.mirror import swapped
 
 ALIKE = 0.05  # of reach, and of torque
 _SEEDS = 8
 _MOST_POSES = 2_000_000  # evaluated for one claim, three arms of each seed; two seeds in any case
-# Quantiles of Student's t, 97.5 %, by degrees of freedom.
-_STUDENT = {1: 12.706, 2: 4.303, 3: 3.182, 4: 2.776, 5: 2.571, 6: 2.447, 7: 2.365}
 FAR, NEAR = 0.3, 0.3  # m
 _MOST_ARMS = 20
 
@@ -67,7 +65,7 @@ def _alike(name: str, values: Array, others: Array, numbers: dict[str, Number]) 
     differences = (values - others) / scale
     n = len(differences)
     middle = float(differences.mean())
-    half = _STUDENT[n - 1] * float(differences.std(ddof=1)) / n**0.5
+    half = student(n - 1) * float(differences.std(ddof=1)) / n**0.5
     least = 0.0 if abs(middle) < half else abs(middle) - half
     interval = (ALIKE - abs(middle) - half, ALIKE - least)
     return judged(name, ALIKE - abs(middle), interval, numbers=numbers)

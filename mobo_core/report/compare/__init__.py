@@ -1,0 +1,1 @@
+"""Studies side by side: settings, fronts, hypervolume, structures."""
