@@ -1,13 +1,10 @@
 // Lengths: where the joints of the best arms of each prefix sit along the arm, and clusters of proportions.
 mobo.view("lengths", (root, data, study) => {
   const { el } = mobo, { meta } = study;
-  const picture = el("div");
-  root.append(picture);
-  const draw = () => {
-    picture.replaceChildren();
-    const W = 820, line = 52, H = line * data.prefixes.length + 34, left = 70, right = 150;
+  const draw = (picture, W) => {
+    const line = 52, H = line * data.prefixes.length + 34, left = 70, right = W < 480 ? 92 : 150;
     const x = (share) => left + share * (W - left - right);
-    const svg = el("svg.chart.joints", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": "joint positions along the best arms of each prefix" });
+    const svg = el("svg.chart.joints", { viewBox: `0 0 ${W} ${H}`, width: W, height: H, role: "img", "aria-label": "joint positions along the best arms of each prefix" });
     data.prefixes.forEach((one, i) => {
       const style = meta.styles[study.styleOf.get(one.prefix)], colour = mobo.theme.dark ? style.dark : style.colour, y = 26 + i * line;
       svg.append(el("path", { d: mobo.marks.path(style.marker, 5, 10, y), fill: colour }), el("text.label", { x: 22, y: y + 4 }, one.prefix),
@@ -24,8 +21,7 @@ mobo.view("lengths", (root, data, study) => {
     for (const share of [0, 0.25, 0.5, 0.75, 1]) svg.append(el("text", { x: x(share), y: H - 4, "text-anchor": "middle" }, share === 0 ? "base" : share === 1 ? "tool" : `${100 * share} %`));
     picture.append(svg);
   };
-  draw();
-  mobo.theme.changed.on("change", draw);
+  mobo.drawn(root, draw);
   root.append(el("p.note", {}, "To the right: how many joints sit together, from base to tool (2\u20131\u20133: two at the shoulder, one at the elbow, three at the wrist), joints within a tenth of the arm being together."));
 
   root.append(el("h3", {}, data.clusters.length > 1 ? `${data.clusters.length} clusters of proportions among the study's best arms` : "Proportions of the study's best arms: one cluster"));

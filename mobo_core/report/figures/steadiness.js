@@ -8,7 +8,8 @@ mobo.view("steadiness", (root, data, study) => {
   root.append(el("p", {}, `${steady} of the ${front} arms of the front are on it in at least half of ${data.resamples} resamples.`), box);
   const [x, y] = study.meta.objectives.map((name) => study.columns.get(name)), range = (values) => [Math.min(...values), Math.max(...values)];
   const pad = ([a, b]) => [a - 0.05 * (b - a), b + 0.05 * (b - a)];
-  const chart = new mobo.Chart(left, { width: 640, height: 380, title: "arms by how often they are on the front", xLabel: `${x.label}${x.unit ? ` [${x.unit}]` : ""}`, yLabel: `${y.label}${y.unit ? ` [${y.unit.split(",")[0]}]` : ""}`,
+  mobo.drawn(left, (place, width) => {
+  const chart = new mobo.Chart(place, { width, height: 380, title: "arms by how often they are on the front", xLabel: `${x.label}${x.unit ? ` [${x.unit}]` : ""}`, yLabel: `${y.label}${y.unit ? ` [${y.unit.split(",")[0]}]` : ""}`,
     x: pad(range(arms.map((one) => x.values[one.row]))), y: pad(range(arms.map((one) => y.values[one.row]))) }).axes();
   for (const one of arms.slice().sort((a, b) => a.front - b.front)) {
     const dot = el("circle.dot", { cx: chart.toX(x.values[one.row]), cy: chart.toY(y.values[one.row]), r: 1.6 + 6 * Math.sqrt(one.share), fill: one.front ? "var(--accent)" : "var(--others)", opacity: 0.8 },
@@ -16,6 +17,7 @@ mobo.view("steadiness", (root, data, study) => {
     dot.addEventListener("click", () => study.choose(one.row, { reveal: true }));
     chart.svg.append(dot);
   }
+  }, 640);
   mobo.sortedTable(right, [
     { name: "share", title: "of resamples", number: true, value: (one) => one.share, text: (one) => `${fixed(100 * one.share, 1)} %` },
     { name: "trial", title: "trial", number: true, value: (one) => one.trial, text: (one) => mobo.armButton(study, one.row) },

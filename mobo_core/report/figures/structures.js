@@ -16,7 +16,7 @@ mobo.view("structures", (root, data, study) => {
     const button = el("button", { type: "button", title: "show this arm", onclick: () => study.choose(row, { reveal: true }) });
     gallery.append(button);
     const viewer = new mobo.Viewer(button, study, { sliders: false, small: true });
-    button.append(el("span.text", {}, mark(one.name), " ", el("b", {}, study.order(row)), el("span.note", {}, `reach ${fixed(study.raw.reach[row], 1)}, ${fixed(study.raw.torque[row], 0)} N m`)));
+    button.append(el("span.text", {}, mark(one.name), " ", el("b", {}, study.order(row)), el("span.note", {}, `reach ${fixed(study.raw.reach[row], 1)}, ${fixed(study.raw.torque[row], 0)}\u00a0N\u00a0m`)));
     const watch = new IntersectionObserver(async ([seen]) => {
       if (!seen.isIntersecting) return;
       watch.disconnect();
@@ -28,37 +28,35 @@ mobo.view("structures", (root, data, study) => {
   root.append(el("h3", {}, "The arm of the highest reach of each prefix"), gallery);
 
   // ---- fronts
-  const picture = el("div");
-  const draw = () => {
-    picture.replaceChildren();
+  const draw = (picture, width) => {
     const all = data.prefixes.flatMap((one) => one.steps);
     if (!all.length) return;
-    const most = (k) => Math.max(...all.map((point) => point[k]));
+    const most = (k) => Math.max(...all.map((point) => point[k])), colourOf = (style) => (style ? (mobo.theme.dark ? style.dark : style.colour) : "var(--others)");
     const chart = new mobo.Chart(picture, {
-      height: 380, width: 820, title: "the least torque of each prefix for a reach", xLabel: `reach [of ${meta.voxels} voxels]`, yLabel: "least torque [N m]",
-      x: [Math.min(...all.map((point) => point[0])) - 0.5, 1.1 * most(0)], y: [0, 1.05 * most(1)],
+      height: 420, width, right: 62, title: "the least torque of each prefix for a reach", xLabel: `reach [of ${meta.voxels} voxels]`, yLabel: "least torque [N m]",
+      x: [Math.min(...all.map((point) => point[0])) - 0.5, 1.02 * most(0)], y: [0, 1.05 * most(1)],
     }).axes();
     for (const one of data.prefixes.slice().reverse()) {
       const style = styleOf(one.name);
       if (!one.steps.length) continue;
       // Along the steps from low reach to high, the torque is that of the next arm.
       const steps = one.steps.flatMap(([x, y], i) => (i ? [[one.steps[i - 1][0], y], [x, y]] : [[x, y]]));
-      const colour = style ? (mobo.theme.dark ? style.dark : style.colour) : "var(--others)";
-      chart.line(steps, colour, { width: style ? 2 : 0.8 });
-      if (style) chart.points(one.steps.length > 40 ? one.steps.filter((_, i) => i % 3 === 0 || i === one.steps.length - 1) : one.steps, colour, style.marker);
+      chart.line(steps, colourOf(style), { width: style ? 2 : 0.8 });
+      if (style) chart.points(one.steps.length > 40 ? one.steps.filter((_, i) => i % 3 === 0 || i === one.steps.length - 1) : one.steps, colourOf(style), style.marker);
     }
-    const taken = []; // names at the ends, one below the other where they would meet
-    for (const one of shown.filter((one) => one.steps.length).sort((a, b) => b.steps.at(-1)[1] - a.steps.at(-1)[1])) {
-      const [x, y] = one.steps.at(-1), px = chart.toX(x) + 9;
-      let py = chart.toY(y) + 4;
-      while (taken.some(([tx, ty]) => Math.abs(tx - px) < 44 && Math.abs(ty - py) < 13)) py += 13;
-      taken.push([px, py]);
-      chart.text(px, py, one.name);
+    // Names in a column at the right, in the order of the ends, a line apart; a thin line leads to each.
+    const line = 15, { left, top, width: w, height: h } = chart.inner, ends = shown.filter((one) => one.steps.length)
+      .map((one) => ({ one, x: chart.toX(one.steps.at(-1)[0]), y: chart.toY(one.steps.at(-1)[1]) })).sort((a, b) => a.y - b.y);
+    ends.forEach((end, i) => { end.at = Math.max(end.y, i ? ends[i - 1].at + line : top + 6); });
+    for (let i = ends.length - 1, low = top + h - 2; i >= 0; i--, low -= line) ends[i].at = Math.min(ends[i].at, low);
+    for (const { one, x, y, at } of ends) {
+      chart.svg.append(el("path", { d: `M${x + 6} ${y}L${left + w + 2} ${at}`, fill: "none", stroke: colourOf(styleOf(one.name)), "stroke-width": 1, "stroke-dasharray": "2 3" }),
+        el("path", { d: mobo.marks.path(styleOf(one.name).marker, 4, left + w + 9, at), fill: colourOf(styleOf(one.name)) }));
+      chart.text(left + w + 17, at + 4, one.name);
     }
   };
-  draw();
-  mobo.theme.changed.on("change", draw);
-  root.append(el("h3", {}, "The front of each prefix"), picture);
+  root.append(el("h3", {}, "The front of each prefix"));
+  mobo.drawn(root, draw, 1100);
 
   // ---- tables
   let wanted = Math.round(0.7 * Math.max(...study.raw.reach));
@@ -89,7 +87,7 @@ mobo.view("structures", (root, data, study) => {
   root.append(el("h3", {}, "In numbers"), el("p", {}, el("label.field", {}, "least torque of arms that reach ", input, ` of ${meta.voxels} voxels`)),
     el("p.note", {}, "Links and axes are those of the arm of the highest reach; two joints within 1 mm are at one place. Exact mirror twins are each other's reflection, Roll and Pitch exchanged: what they differ in is noise of the poses and of the search."));
   const tables = [];
-  tables.push(mobo.sortedTable(root, columns("prefix"), data.prefixes, { by: "reach" }));
+  tables.push(mobo.sortedTable(root, columns("prefix"), data.prefixes, { by: "reach", tall: true }));
   const more = el("details", {}, el("summary", {}, `All ${data.orders.length} joint orders`));
   root.append(more);
   more.addEventListener("toggle", () => { if (more.open && tables.length === 1) tables.push(mobo.sortedTable(more, columns("joint order"), data.orders, { by: "reach" })); });

@@ -20,8 +20,9 @@ from mobo_core.bag.record import StudyRecord
 from mobo_core.design.joints import JOINTS
 from mobo_core.evaluation.colours import REACH_SCALE, TORQUE_SCALE
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.messages import Evaluation
 from mobo_core.report.figures.drawing import FAINT, INK, has_dark_text, plain, red_to_green
-from mobo_core.report.figures.figure import Figure, Picture
+from mobo_core.report.figures.figure import Figure, Picture, View, script_beside
 from mobo_core.report.prefixes import found, groups
 from mobo_core.report.row import Row
 from mobo_core.report.table import StudyTable
@@ -194,16 +195,25 @@ def _arm(axes: Axes, row: Row, width: float) -> None:
 
 def _draw(study: StudyRecord, table: StudyTable) -> Iterator[Picture]:
     spec = study.settings.spec
+    for prefix, best, evaluation in _best(study, table):
+        values = f"reach {best.reach:.2f} of {table.n_voxels}, torque {best.torque:.1f} N m"
+        canvas = voxel_figure(best, evaluation, spec, f"{best.joints}, trial {best.trial}: {values}")
+        yield Picture(canvas, prefix, f"The arm of the highest reach that begins {prefix}.")
+
+
+def _best(study: StudyRecord, table: StudyTable) -> Iterator[tuple[str, Row, Evaluation]]:
+    """Yield the shown prefixes with the arm of the highest reach and its evaluation."""
     for group in found(groups(table), others=_OTHER_PREFIXES):
         best = group.best
         evaluation = study.accepted(best.trial) if best is not None else None
         if best is None or evaluation is None:
             continue
-        if not len(evaluation.voxel_reach) == len(evaluation.voxel_torque) == spec.n_voxels:
-            continue
-        values = f"reach {best.reach:.2f} of {table.n_voxels}, torque {best.torque:.1f} N m"
-        canvas = voxel_figure(best, evaluation, spec, f"{best.joints}, trial {best.trial}: {values}")
-        yield Picture(canvas, group.prefix, f"The arm of the highest reach that begins {group.prefix}.")
+        if len(evaluation.voxel_reach) == len(evaluation.voxel_torque) == study.settings.spec.n_voxels:
+            yield group.prefix, best, evaluation
+
+
+def _data(study: StudyRecord, table: StudyTable) -> object:
+    return {"arms": [[prefix, best.trial] for prefix, best, _ in _best(study, table)]}
 
 
 FIGURE = Figure(
@@ -211,6 +221,7 @@ FIGURE = Figure(
     heading="Where the arms reach, and at what torque",
     caption="The arm of the highest reach of each prefix, voxel by voxel.",
     draw=_draw,
+    view=View(_data, script_beside(__file__)),
     parts="PREFIX",
     dpi=120,
 )

@@ -19,7 +19,7 @@ from mobo_core.report.table import StudyTable
 
 # In the order in which they are run; figures' own come before the last.
 _LIBRARY = (
-    "base", "study", "marks", "ticks", "scatter", "parallel", "urdf", "robot", "scene", "viewer", "voxels", "card",
+    "base", "study", "marks", "ticks", "brief", "known", "scatter_input", "scatter", "parallel", "urdf", "robot", "scene", "viewer", "voxels", "card",
     "chart", "tables",
 )  # fmt: skip
 
@@ -86,8 +86,8 @@ def _header(study: StudyRecord, table: StudyTable) -> Iterator[str]:
     open_trials = len({int(candidate.trial) for candidate in study.candidates} - set(study.trials))
     reach = [row.reach for row in table.complete]
     cards = [
-        (len(table.complete), "arms evaluated"),
-        (len(table.failed), "failed"),
+        (f"{len(table.complete):,}", "arms evaluated"),
+        (f"{len(table.failed):,}", "failed"),
         (open_trials, "not finished"),
         (len(table.front), "on the front"),
         (f"{max(reach, default=0.0):.1f}", f"best reach of {table.n_voxels}"),

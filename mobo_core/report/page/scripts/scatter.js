@@ -19,7 +19,7 @@ mobo.Scatter = class {
     study.on("pin", this.drawOver);
     mobo.theme.changed.on("change", () => { this.stamps = null; this.draw(); });
     new ResizeObserver(() => this.#resize()).observe(this.root);
-    this.#listen();
+    mobo.listenTo(this);
     this.#resize();
   }
 
@@ -59,23 +59,25 @@ mobo.Scatter = class {
 
   #stamps() {
     const dark = mobo.theme.dark, paper = mobo.rgb(mobo.theme.colour("plot")), ink = dark ? paper : [20, 24, 28];
-    const r = (this.n <= 1000 ? 4.6 : this.small ? 2.6 : 3.3) * this.dpr;
+    const r = (this.n <= 1000 ? 4.6 : this.compact ? 2.6 : 3.3) * this.dpr;
     const own = this.study.meta.styles.map((style) => {
       const fill = mobo.rgb(dark ? style.dark : style.colour);
       return mobo.marks.stamp(style.marker, r, fill, mobo.mixed(fill, ink, dark ? 0.75 : 0.45), 0.7 * this.dpr);
     });
     const grey = mobo.rgb(mobo.theme.colour("others"));
-    const ring = (name, width) => mobo.marks.circle((this.small ? 4.6 : 6.2) * this.dpr, width * this.dpr, mobo.rgb(mobo.theme.colour(name)));
+    const ring = (name, width) => mobo.marks.circle((this.compact ? 4.6 : 6.2) * this.dpr, width * this.dpr, mobo.rgb(mobo.theme.colour(name)));
     this.rings = [ring("faint", 0.9), ring("ink", 1.5)]; // below the reach floor, and above
     return [...own, mobo.marks.stamp("o", 0.62 * r, grey, grey, 0)];
   }
   get n() { return this.study.n; }
+  get compact() { return this.small || this.width < 480; }
 
   paint() {
     if (!this.width) return;
     this.view ??= this.fitted();
     const began = performance.now();
-    if (!this.stamps || this.stampDpr !== this.dpr) [this.stamps, this.stampDpr] = [this.#stamps(), this.dpr];
+    const drawnFor = `${this.dpr} ${this.compact}`;
+    if (!this.stamps || this.stampsFor !== drawnFor) [this.stamps, this.stampsFor] = [this.#stamps(), drawnFor];
     const { context } = this, { width, height } = this.canvas;
     if (!this.image || this.image.width !== width || this.image.height !== height) {
       this.image = context.createImageData(width, height);
@@ -136,7 +138,7 @@ mobo.Scatter = class {
     for (const value of this.yTicks.values) context.fillText(mobo.tickText(value, this.yTicks.step), left - 7, this.toY(value) + 4);
     const name = (column) => (column.unit ? `${column.label}  [${column.unit}]` : column.label);
     const shortName = (column) => (column.unit && column.unit.length < 5 ? `${column.label} [${column.unit}]` : column.label);
-    const text = this.small || this.width < 480 ? shortName : name;
+    const text = this.compact ? shortName : name;
     context.fillStyle = mobo.theme.colour("ink");
     context.font = `12.5px ${mobo.theme.colour("font")}`;
     context.textAlign = "center";
@@ -183,7 +185,7 @@ mobo.Scatter = class {
         context.fillText(`floor ${mobo.short(floor)}`, x + 4, top + 11);
       }
     }
-    if (this.known) this.#names(context, at);
+    if (this.known) mobo.nameKnown(this, context, at);
     for (const row of study.pins) circle(row, 9, mobo.theme.colour("pin"), 2.5);
     if (study.chosen >= 0) {
       circle(study.chosen, 8.5, mobo.theme.colour("plot"), 6);
@@ -191,47 +193,6 @@ mobo.Scatter = class {
     }
     if (this.hover >= 0) circle(this.hover, 7, ink, 2);
     context.restore();
-  }
-
-  #names(context, at) {
-    const { left, top, width, height } = this.inner, taken = [];
-    context.font = `600 11.5px ${mobo.theme.colour("font")}`;
-    context.textAlign = "left";
-    for (const { row, name } of this.study.meta.known) {
-      if (!this.study.shown[row]) continue;
-      const [x, y] = at(row);
-      if (x < left || x > left + width || y < top || y > top + height) continue;
-      const w = context.measureText(name).width + 10, h = 19;
-      let best = null;
-      for (let k = 0; k < 40; k++) {
-        const a = (k % 10) * 0.628 - 1.2, d = 26 + 22 * Math.floor(k / 10);
-        const bx = x + d * Math.cos(a) - (Math.cos(a) < 0 ? w : 0), by = y + d * Math.sin(a) - h / 2;
-        const out = bx < left + 2 || bx + w > left + width - 2 || by < top + 2 || by + h > top + height - 2;
-        if (out || taken.some(([tx, ty, tw]) => bx < tx + tw + 3 && bx + w + 3 > tx && by < ty + h + 2 && by + h + 2 > ty)) continue;
-        best = [bx, by, w];
-        break;
-      }
-      context.strokeStyle = mobo.theme.colour("ink");
-      context.lineWidth = 1.2;
-      if (best) {
-        const [bx, by] = best, cx = Math.min(Math.max(x, bx), bx + w), cy = by + h / 2;
-        context.beginPath(); context.moveTo(x, y); context.lineTo(cx, cy); context.stroke();
-        context.fillStyle = mobo.theme.colour("plot");
-        context.globalAlpha = 0.92;
-        context.beginPath(); context.roundRect(bx, by, w, h, 4); context.fill();
-        context.globalAlpha = 1;
-        context.strokeStyle = mobo.theme.colour("line");
-        context.stroke();
-        context.fillStyle = mobo.theme.colour("ink");
-        context.fillText(name, bx + 5, by + 13.5);
-        taken.push(best);
-      }
-      context.strokeStyle = mobo.theme.colour("ink");
-      context.lineWidth = 1.8;
-      context.beginPath();
-      context.moveTo(x - 5, y); context.lineTo(x + 5, y); context.moveTo(x, y - 5); context.lineTo(x, y + 5);
-      context.stroke();
-    }
   }
 
   // The shown arm nearest to a place in the plot, within so many pixels; -1 if there is none.
@@ -280,7 +241,8 @@ mobo.Scatter = class {
   }
   reset() { this.view = this.fitted(); this.draw(); }
 
-  #point(row, px, py) {
+  // Show what arm is pointed at; none if row is -1.
+  point(row, px, py) {
     if (row !== this.hover) { this.hover = row; this.drawOver(); }
     if (row < 0) { this.tip.hidden = true; this.canvas.style.cursor = ""; return; }
     this.canvas.style.cursor = "pointer";
@@ -292,122 +254,4 @@ mobo.Scatter = class {
     this.tip.style.top = below ? `${py + 12}px` : "";
     this.tip.style.bottom = below ? "" : `${this.height - py + 12}px`;
   }
-
-  #listen() {
-    const over = this.canvas, fingers = new Map();
-    let moved = 0;
-    const place = (event) => { const box = over.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
-    over.addEventListener("pointerdown", (event) => {
-      over.setPointerCapture(event.pointerId);
-      fingers.set(event.pointerId, place(event));
-      moved = 0;
-    });
-    over.addEventListener("pointermove", (event) => {
-      const now = place(event), before = fingers.get(event.pointerId);
-      if (!before) { if (event.pointerType !== "touch") this.#point(this.nearest(...now), ...now); return; }
-      if (fingers.size === 1) {
-        moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
-        if (moved > 4) { this.#point(-1); this.move(now[0] - before[0], now[1] - before[1]); }
-        else return;
-      } else {
-        const [other] = [...fingers].filter(([id]) => id !== event.pointerId).map(([, p]) => p);
-        const far = (p) => Math.hypot(p[0] - other[0], p[1] - other[1]) || 1;
-        moved = 99;
-        this.zoom(far(before) / far(now), (now[0] + other[0]) / 2, (now[1] + other[1]) / 2);
-      }
-      fingers.set(event.pointerId, now);
-    });
-    const end = (event) => {
-      const began = fingers.get(event.pointerId);
-      fingers.delete(event.pointerId);
-      if (began && event.type === "pointerup" && moved <= 4) {
-        const row = this.nearest(...place(event), event.pointerType === "touch" ? 26 : 18);
-        if (row >= 0) this.study.choose(row, { reveal: event.pointerType === "touch" });
-      }
-    };
-    over.addEventListener("pointerup", end);
-    over.addEventListener("pointercancel", end);
-    over.addEventListener("pointerleave", () => this.#point(-1));
-    over.addEventListener("wheel", (event) => {
-      event.preventDefault();
-      this.#point(-1);
-      this.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, event.deltaY * 0.0016))), ...place(event));
-    }, { passive: false });
-    over.addEventListener("dblclick", () => this.reset());
-    over.addEventListener("keydown", (event) => {
-      const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-      const middle = [this.width / 2, this.height / 2];
-      if (steps[event.key] && event.shiftKey) this.move(-60 * steps[event.key][0], -60 * steps[event.key][1]);
-      else if (steps[event.key]) {
-        const from = this.hover >= 0 ? this.hover : this.study.chosen >= 0 ? this.study.chosen : this.nearest(...middle, 1e4);
-        if (from < 0) return;
-        const to = this.next(from, ...steps[event.key]);
-        this.#point(to, this.toX(this.x.values[to]), this.toY(this.y.values[to]));
-        mobo.say(mobo.briefText(this.study, to));
-      } else if (event.key === "Enter" || event.key === " ") {
-        if (this.hover >= 0) this.study.choose(this.hover, { reveal: true });
-      } else if (event.key === "p" && this.hover >= 0) this.study.pin(this.hover);
-      else if (event.key === "+" || event.key === "=") this.zoom(0.8, ...middle);
-      else if (event.key === "-") this.zoom(1.25, ...middle);
-      else if (event.key === "0") this.reset();
-      else if (event.key === "Escape") this.#point(-1);
-      else return;
-      event.preventDefault();
-    });
-    over.addEventListener("blur", () => this.#point(-1));
-  }
-};
-
-mobo.briefText = (study, row) =>
-  `${study.order(row)}, trial ${study.raw.trial[row]}, reach ${mobo.fixed(study.raw.reach[row], 2)}, torque ${mobo.fixed(study.raw.torque[row], 1)} newton metres`;
-
-// What hovering over an arm shows.
-mobo.brief = (study, row) => {
-  const { el, fixed } = mobo, { raw, meta } = study;
-  const line = (label, value) => el("div.pair", {}, el("span", {}, label), el("b", {}, value));
-  const known = meta.known.filter((one) => study.order(one.row) === study.order(row)).map((one) => one.name);
-  return el("div", {},
-    el("div.tiphead", {}, mobo.orderChips(meta, study.order(row)), el("span", {}, `trial ${raw.trial[row]}`)),
-    line("reach", `${fixed(raw.reach[row], 2)} of ${meta.voxels}`),
-    line("torque", `${fixed(raw.torque[row], 1)} N m`),
-    ...Object.entries(meta.further).map(([name, unit]) => line(name.replaceAll("_", " "), `${mobo.short(raw[`extra:${name}`][row])} ${unit}`)),
-    mobo.strip(study, row),
-    raw.front[row] ? el("div.note", {}, raw.useful[row] ? "on the Pareto front" : "on the raw front, below the reach floor") : null,
-    known.length ? el("div.note", {}, `order of ${known.join("; ")}`) : null);
-};
-
-mobo.orderChips = (meta, order) =>
-  mobo.el("span.order", { role: "img", "aria-label": `joint order ${order}` },
-    [...order].map((letter) => {
-      const [fill, ink] = mobo.jointColours(meta, letter);
-      return mobo.el("i", { style: `background:${fill};color:${ink}` }, letter);
-    }));
-
-mobo.jointColours = (meta, letter) => {
-  const fill = meta.joint_colours[letter] ?? "#767676";
-  return [fill, mobo.darkTextOn(mobo.rgb(fill)) ? "#111111" : "#ffffff"];
-};
-
-// The stretched arm with its joints along it, and the length of each link.
-mobo.strip = (study, row, width = 250) => {
-  const { el } = mobo, lengths = study.lengths(row), order = study.order(row), meta = study.meta;
-  const total = lengths.reduce((a, b) => a + b, 0) || 1, right = 12, step = 13;
-  const x = (at) => 9 + (at / total) * (width - 9 - right);
-  const joints = [];
-  let at = 0, last = -Infinity;
-  for (let i = 0; i < order.length; i++) {
-    const cx = Math.max(x(at), last + step);
-    joints.push([cx, order[i]]);
-    last = cx;
-    at += lengths[i];
-  }
-  const over = Math.max(0, last - (width - 10));
-  const texts = lengths.map((length) => (1000 * length).toFixed(0)).join(" \u00b7 ");
-  return el("div.strip", {},
-    el("svg", { viewBox: `0 0 ${width} 22`, width: "100%", role: "img", "aria-label": `lengths in millimetres: ${texts}` },
-      el("line", { x1: x(0), x2: width - 4, y1: 11, y2: 11, class: "link" }),
-      joints.map(([cx, letter]) => el("g", {},
-        el("circle", { cx: cx - over * (cx > width / 2), cy: 11, r: 7.5, fill: mobo.jointColours(meta, letter)[0] }),
-        el("text", { x: cx - over * (cx > width / 2), y: 14.5, "text-anchor": "middle", class: "onjoint", fill: mobo.jointColours(meta, letter)[1] }, letter)))),
-    el("div.note", {}, `${texts} mm`));
 };

@@ -5,7 +5,7 @@ mobo.bars = (root, rows, { title, most = Math.max(...rows.map((row) => row.value
     mobo.el("td.bar", { "aria-hidden": "true" }, mobo.el("i.mean", { style: `width:${(100 * row.value) / most}%${row.colour ? `;background:${row.colour}` : ""}` })))))));
 
 // A table that its headings sort. columns: [{name, title, number, text: (row) => text or node, value: (row) => what it is sorted by}].
-mobo.sortedTable = (root, columns, rows, { caption = "", by = null, down = true, most = 400 } = {}) => {
+mobo.sortedTable = (root, columns, rows, { caption = "", by = null, down = true, most = 400, tall = false } = {}) => {
   const { el } = mobo, body = el("tbody");
   let [key, falling] = [by ?? columns[0].name, down];
   const heads = columns.map((column) => el(column.number ? "th.n" : "th", { scope: "col" },
@@ -21,7 +21,7 @@ mobo.sortedTable = (root, columns, rows, { caption = "", by = null, down = true,
     heads.forEach((head, i) => head.setAttribute("aria-sort", columns[i].name === key ? (falling ? "descending" : "ascending") : "none"));
     body.replaceChildren(...ordered.slice(0, most).map((row) => el("tr", {}, columns.map((one) => el(one.number ? "td.n" : "td", {}, one.text(row))))));
   };
-  root.append(el("div.wide", {}, el("table", {}, caption ? el("caption", {}, caption) : null, el("thead", {}, el("tr", {}, heads)), body)));
+  root.append(el(tall ? "div.wide.tall" : "div.wide", tall ? { tabindex: 0 } : {}, el("table", {}, caption ? el("caption", {}, caption) : null, el("thead", {}, el("tr", {}, heads)), body)));
   show();
   return { show, set rows(next) { rows = next; show(); } };
 };

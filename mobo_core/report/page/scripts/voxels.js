@@ -1,6 +1,6 @@
 // Maps of an arm's voxels, a square for each layer of the workspace, low to high, in the paper's colours.
 mobo.VoxelMaps = class {
-  constructor(root, study, { pick = null } = {}) {
+  constructor(root, study, { pick = null, alone = true } = {}) {
     Object.assign(this, { study, pick, kind: "reach", values: null, at: -1 });
     const { el } = mobo;
     this.kinds = {
@@ -11,11 +11,11 @@ mobo.VoxelMaps = class {
       out_of_range: ["Out of range", "share of the poses beyond the stretched arm", (v) => mobo.fixed(v, 2)],
     };
     this.tabs = el("div.tabs", { role: "group", "aria-label": "what the maps show" }, Object.entries(this.kinds).map(([kind, [name]]) =>
-      el("button", { type: "button", "data-kind": kind, "aria-pressed": String(kind === this.kind), onclick: () => this.#choose(kind) }, name)));
+      el("button", { type: "button", "data-kind": kind, "aria-pressed": String(kind === this.kind), onclick: () => this.choose(kind) }, name)));
     this.canvas = el("canvas.voxels", { tabindex: 0, role: "application", "aria-label": "voxel maps; arrows go from voxel to voxel, page up and down from layer to layer, Enter puts the arm there" });
     this.said = el("div.note.voxelsaid", { role: "status" });
     this.key = el("div.voxelkey");
-    root.append(this.tabs, this.canvas, this.key, this.said);
+    root.append(...(alone ? [this.tabs, this.canvas, this.key] : [this.canvas]), this.said);
     this.draw = mobo.atNextFrame(() => this.paint());
     new ResizeObserver(() => this.draw()).observe(this.canvas);
     mobo.theme.changed.on("change", this.draw);
@@ -24,7 +24,7 @@ mobo.VoxelMaps = class {
 
   show(values) { this.values = values; this.draw(); }
 
-  #choose(kind) {
+  choose(kind) {
     this.kind = kind;
     for (const tab of this.tabs.children) tab.setAttribute("aria-pressed", String(tab.dataset.kind === kind));
     this.draw();
