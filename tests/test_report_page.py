@@ -140,6 +140,8 @@ def test_it_filters_opens_a_point_moves_a_joint_and_pins_two(page: Any) -> None:
     page.locator("#arm button.pin").press("Enter")
     page.wait_for_function("document.querySelectorAll('#pins .card').length === 2")
     assert page.locator("#pinned").is_visible()
+    written = page.locator("main").inner_text()
+    assert not [word for word in ("null", "undefined", "NaN", "[object") if word in written]
 
 
 def test_arrows_go_from_arm_to_arm_and_enter_opens(page: Any) -> None:

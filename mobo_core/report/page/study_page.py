@@ -19,8 +19,8 @@ from mobo_core.report.table import StudyTable
 
 # In the order in which they are run; figures' own come before the last.
 _LIBRARY = (
-    "base", "study", "marks", "ticks", "brief", "known", "scatter_input", "scatter", "parallel", "urdf", "robot", "scene", "viewer", "voxels", "card",
-    "chart", "tables",
+    "base", "study", "marks", "ticks", "brief", "known", "scatter_input", "scatter", "parallel", "urdf", "robot", "scene",
+    "viewer", "voxels", "card", "chart", "tables",
 )  # fmt: skip
 
 
@@ -156,7 +156,8 @@ def _wanted(objectives: Sequence[str]) -> str:
     words = []
     for name in objectives:
         high = name not in OBJECTIVES or OBJECTIVES[name].direction == "maximize"
-        words.append(f"{'high' if high else 'low'} {'joint torque' if name == 'torque' else name.replace('_', ' ')}")
+        few = "few" if name == "axes" else "low"
+        words.append(f"{'high' if high else few} {'joint torque' if name == 'torque' else name.replace('_', ' ')}")
     return " and ".join([", ".join(words[:-1]), words[-1]])
 
 

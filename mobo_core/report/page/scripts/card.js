@@ -42,11 +42,11 @@ mobo.Card = class {
     if (meta.twins[order]) badges.push(`mirror twin of ${meta.twins[order]}`);
     const pinned = study.isPinned(row);
     const sampled = study.orders[raw.sampled[row]];
-    this.head.replaceChildren(
+    this.head.replaceChildren(...[
       el("div.title", {}, el(this.heading, {}, mobo.orderChips(meta, order), el("span.trial", {}, `trial ${raw.trial[row]}`)),
         el("button.pin", { type: "button", "aria-pressed": String(pinned), onclick: () => study.pin(row) }, pinned ? "Pinned" : "Pin")),
       badges.length ? el("div.badges", {}, badges.map((text) => el("span.badge", {}, text))) : null,
-      sampled !== order ? el("div.note", {}, `drawn as ${sampled}`) : null);
+      sampled !== order ? el("div.note", {}, `drawn as ${sampled}`) : null].filter(Boolean));
   }
 
   #numbers() {
