@@ -90,7 +90,7 @@ def prefix_table(groups: Sequence[Group], table: StudyTable) -> str:
     titles = "<th>prefix</th>" + "".join(
         f"<th{' class=n' if i in _NUMBERS else ''}>{title}</th>" for i, title in enumerate(head)
     )
-    return f'<div class="wide"><table><tr>{titles}</tr>{"".join(lines)}</table></div>'
+    return f'<div class="wide tall" tabindex="0"><table><tr>{titles}</tr>{"".join(lines)}</table></div>'
 
 
 def failed_section(table: StudyTable) -> Iterator[str]:

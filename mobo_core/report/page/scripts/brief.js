@@ -31,7 +31,7 @@ mobo.jointColours = (meta, letter) => {
 
 // The stretched arm with its joints along it, and the length of each link.
 mobo.strip = (study, row, width = 250) => {
-  const { el } = mobo, lengths = study.lengths(row), order = study.order(row), meta = study.meta;
+  const { el } = mobo, lengths = study.lengths(row).map((length) => length || 0), order = study.order(row), meta = study.meta;
   const total = lengths.reduce((a, b) => a + b, 0) || 1, right = 12, step = 13;
   const x = (at) => 9 + (at / total) * (width - 9 - right);
   const joints = [];
@@ -40,7 +40,7 @@ mobo.strip = (study, row, width = 250) => {
     const cx = Math.max(x(at), last + step);
     joints.push([cx, order[i]]);
     last = cx;
-    at += lengths[i];
+    at += lengths[i] ?? 0;
   }
   const over = Math.max(0, last - (width - 10));
   const texts = lengths.map((length) => (1000 * length).toFixed(0)).join(" \u00b7 ");

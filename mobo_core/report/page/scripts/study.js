@@ -26,7 +26,7 @@ mobo.Study = class extends mobo.Events {
 
   order(row) { return this.orders[this.raw.order[row]]; }
   prefix(row) { return this.prefixOf[this.raw.order[row]]; }
-  lengths(row) { return Array.from({ length: this.order(row).length }, (_, i) => this.raw.lengths[i * this.n + row]); }
+  lengths(row) { return Array.from({ length: Math.min(this.order(row).length, this.joints) }, (_, i) => this.raw.lengths[i * this.n + row]); }
   value(name, row) { return this.columns.get(name).values[row]; }
 
   // Name -> {label, unit, values}: what can be an axis or be filtered by.
