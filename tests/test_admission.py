@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -79,3 +80,29 @@ def test_an_evaluator_does_not_answer_for_another_engine() -> None:
     """What a candidate says of the engine holds for who gets it by mistake, too; it does not count against the arm."""
     answer = Answering("e", "simulated", simulated_s=0.0).answer(Candidate(evaluator="e", engine="kernel"))
     assert answer.status == Evaluation.FAILED and answer.reason.startswith("unable: engine: 'kernel'")
+
+
+def test_no_stranger_makes_a_bag_unreadable(tmp_path: Path) -> None:
+    """Names too long to be read back, and answers larger than any, are not recorded, whoever sends them."""
+    settings = StudySettings.of({"sampler": "random", "engine": "simulated"})
+    bag, warned = StudyBag(tmp_path / "bag", "s", settings, resume=False), list[str]()
+    sent: list[Candidate] = []
+
+    def publish(topic: str, data: bytes) -> None:
+        sent.extend([decode(Candidate, data)] if topic == "candidates" else [])
+
+    optimizer = Optimizer(bag, settings, 2, Dispatcher(), publish, log=lambda line: None, warn=warned.append)
+    long: dict[str, Any] = {name: "x" * 5000 for name in ("host_id", "mobo_version", "kernel_hash", "engine")}
+    for name, value in long.items():
+        optimizer.on_evaluator(encode(EvaluatorStatus(evaluator=name, workers=1, **{name: value})), 0.0)
+    many = EvaluatorStatus(evaluator="e", workers=1, engine="simulated", objectives=["x" * 100] * 5000)
+    optimizer.on_evaluator(encode(many), 0.0)
+    optimizer.on_evaluator(encode(heartbeat("good", "simulated")), 0.0)
+    answer = Answering("good", "simulated", simulated_s=0.0).answer(sent[0])
+    for fields in ({"host_id": "x" * 5000}, {"evaluator": "x" * 5000}, {"reason": "x" * 500_000}):
+        optimizer.on_evaluation(encode(replace(answer, **fields)), 0.0)
+    assert optimizer.answers_unused == 3 and sum("ignored" in line for line in warned) == 8
+    optimizer.on_evaluation(encode(answer), 0.0)
+    bag.close()
+    study = read_study(tmp_path / "bag")
+    assert len(study.evaluations) == len(study.trials) == len(study.evaluators) == 1

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from nodes import Nodes, finish, output, told_so_far, values, wait_for
 from peer import Peer
 
-from mobo_core.coordination.namespace_claim import CLAIM_FRESH_S, LISTEN_S, Claimant, NamespaceClaim
+from mobo_core.coordination.namespace_claim import CLAIM_FRESH_S, LISTEN_S, Claimant, NamespaceClaim, Rivals
 from mobo_core.coordination.namespace_lock import NamespaceLock
 from mobo_core.errors import InUseError
 from mobo_core.messages import Header, encode
@@ -83,6 +83,15 @@ def test_a_holder_that_stays_is_named_after_one_lease() -> None:
             pass
     assert error.value.exit_code == 2
     assert now == pytest.approx(0.1 + LEASE_S)
+
+
+def test_one_message_does_not_end_who_runs() -> None:
+    """Nor do many names heard once each, or one heard now and then; an older one that keeps saying so does."""
+    rivals, older = Rivals(Claimant(5, "here", 7, "/b")), Claimant(1, "there", 42, "/a")
+    assert not any(rivals.heard(older, now) for now in (0.0, 3.0, 6.0))
+    assert not any(rivals.heard(older._replace(pid=i), 7.0 + i / 1000) for i in range(1000))
+    assert not any(rivals.heard(Claimant(9, "there", 1, "/c"), now) for now in range(10))
+    assert [rivals.heard(older, now) for now in (10.0, 11.0, 12.0)] == [False, False, True]
 
 
 def test_claims_that_are_no_longer_repeated_do_not_count() -> None:
@@ -181,7 +190,7 @@ def test_two_optimizers_on_a_busy_machine(nodes: Nodes, tmp_path: Path) -> None:
 
 @pytest.mark.ros
 def test_of_two_that_run_after_all_the_later_one_ends(nodes: Nodes, peer: Peer, tmp_path: Path) -> None:
-    """A holder answers a younger one with its name, and ends when it hears of an older one."""
+    """A holder answers a younger one with its name, and ends when it keeps hearing of an older one."""
     from mobo.namespace_claim import _holders_qos
     from mobo_msgs.msg import OptimizerStatus as Kind
 
@@ -191,12 +200,12 @@ def test_of_two_that_run_after_all_the_later_one_ends(nodes: Nodes, peer: Peer, 
     publisher = peer.node.create_publisher(Kind, "optimizers", _holders_qos())
     own = peer.heard["optimizers"][0]
     younger = replace(own, header=Header.at(own.header.time_ns + 1), pid=1, optimizer="/younger")
-    publisher.publish(encode(younger))
+    older = replace(own, header=Header.at(own.header.time_ns - 1), pid=2, optimizer="/older")
+    for once in (younger, older):
+        publisher.publish(encode(once))
     peer.until(lambda: sum(m.pid == own.pid for m in peer.heard["optimizers"]) >= 3, "it to repeat its name")
     assert optimizer.poll() is None
-    older = replace(own, header=Header.at(own.header.time_ns - 1), pid=2, optimizer="/older")
-    publisher.publish(encode(older))
-    peer.until(lambda: optimizer.poll() is not None, "it to end")
+    peer.until(lambda: publisher.publish(encode(older)) or optimizer.poll() is not None, "it to end")
     assert optimizer.returncode == 2
     assert f"in use by /older on {own.host_id}, pid 2; expected" in output(optimizer).splitlines()[-1]
 

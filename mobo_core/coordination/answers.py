@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mobo_core.bag.validity import evaluation_fault
+from mobo_core.bag.validity import check_plain, evaluation_fault
 from mobo_core.coordination.leases import Dispatch
 from mobo_core.errors import InputError
 from mobo_core.messages import Evaluation, EvaluatorStatus, decode
@@ -13,6 +13,7 @@ MAX_WORKERS = 10_000
 MAX_HEARTBEAT_BYTES = 1_000_000
 MAX_NAME = 255
 MAX_REASON = 2000
+MAX_ABOUT = 4000
 
 
 def claim_of(evaluation: Evaluation, settings: StudySettings) -> tuple[Dispatch, bool, str]:
@@ -43,6 +44,10 @@ def read_heartbeat(data: bytes) -> EvaluatorStatus:
     name = status.evaluator
     if not name or len(name) > MAX_NAME or not name.isprintable():
         raise InputError(f"evaluator {name[:40]!r}", where=where, expected=f"a name of 1 to {MAX_NAME} characters")
+    check_plain(status, where)  # joins are recorded, to be read again
+    more = len("".join([status.engine, status.kernel_hash, status.mobo_version, status.host_id, *status.objectives]))
+    if more > MAX_ABOUT:
+        raise InputError(f"{more:,} characters about {name}", where=where, expected=f"at most {MAX_ABOUT}")
     if not 0 < status.workers <= MAX_WORKERS:
         raise InputError(f"{name}: {status.workers} workers", where=where, expected=f"1 to {MAX_WORKERS}")
     if not len(status.studies) == len(status.trials) == len(status.attempts):

@@ -10,6 +10,8 @@ from mobo_core.errors import InUseError
 LISTEN_S = 1.0
 # A claim is repeated ten times in this time.
 CLAIM_FRESH_S = 1.0
+# A rival to a holder is believed after so long, in which it was heard without a gap.
+_RIVAL_S, _RIVAL_GAP_S, _MOST_RIVALS = 2.0, 2.5, 100
 
 
 class Claimant(NamedTuple):
@@ -93,6 +95,31 @@ class NamespaceClaim:
         if now - self._in_the_way_since >= self._lease_s:
             raise in_use(other, where)
         return False
+
+
+class Rivals:
+    """Who else says that it holds the namespace, and began earlier, while this one runs.
+
+    A holder repeats its name every second. One that is heard once, or now and then, is none: a forged or late message
+    shall not end a study.
+
+    Args:
+        me: who holds it.
+    """
+
+    def __init__(self, me: Claimant) -> None:
+        self._me = me
+        self._heard: dict[Claimant, tuple[float, float]] = {}  # first and last time without a gap
+
+    def heard(self, other: Claimant, now: float) -> bool:
+        """Take that another says so; return whether this one shall end."""
+        if other >= self._me:
+            return False
+        first, last = self._heard.get(other, (now, now))
+        first = first if now - last <= _RIVAL_GAP_S else now
+        if other in self._heard or len(self._heard) < _MOST_RIVALS:
+            self._heard[other] = first, now
+        return now - first >= _RIVAL_S
 
 
 def in_use(other: Claimant, where: str) -> InUseError:

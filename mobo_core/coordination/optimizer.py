@@ -10,6 +10,7 @@ import numpy as np
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.study_bag import StudyBag
+from mobo_core.bag.validity import check_plain
 from mobo_core.coordination.admission import Admission
 from mobo_core.coordination.answers import claim_of, failure_reason, read_heartbeat
 from mobo_core.coordination.control import STOPPED_BY_COMMAND, STOPPED_BY_SIGNAL, Controls
@@ -36,6 +37,8 @@ from mobo_core.version import __version__
 
 # Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
 _MAX_UNUSED_RECORDED = 16
+# Of an answer: a voxel's entries in all maps, and far more than all the rest.
+_VOXEL_BYTES, _ANSWER_BYTES = 26, 100_000
 
 Publish = Callable[[str, bytes], None]
 
@@ -73,6 +76,7 @@ class Optimizer:
         self._admission = Admission(bag.settings.engine, self._log, self._warn, settings.spec.ik_mode)
         bag.note(max_attempts=dispatcher.max_attempts)
         self._spec_message = spec_to_message(settings.spec)
+        self._max_answer_bytes = _ANSWER_BYTES + _VOXEL_BYTES * settings.spec.n_voxels
         self._xacro = PreparedXacro(settings.space)
         self._urdfs: dict[int, str] = {}
         self._unused_of: dict[int, int] = {}
@@ -142,7 +146,10 @@ class Optimizer:
         """Take an answer (CDR bytes of an Evaluation): recorded, judged, and if it is its trial's first, used."""
         self.answers += 1
         try:
+            if len(data) > self._max_answer_bytes:
+                raise InputError(f"{len(data):,} bytes", where="answer", expected=f"at most {self._max_answer_bytes:,}")
             evaluation = decode(Evaluation, data)
+            check_plain(evaluation, "answer")  # else nobody could read the bag
         except InputError as error:
             self.answers_unused += 1
             self._warn(f"answer ignored: {error}")

@@ -24,7 +24,7 @@ from mobo.runtime import qos, subscribe
 from mobo_core import messages
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import host_id
-from mobo_core.coordination.namespace_claim import Claimant, NamespaceClaim, in_use
+from mobo_core.coordination.namespace_claim import Claimant, NamespaceClaim, Rivals, in_use
 from mobo_core.coordination.namespace_lock import NamespaceLock
 from mobo_core.coordination.stop import Stop
 from mobo_core.errors import InputError, InUseError
@@ -63,6 +63,7 @@ class NodeNamespace:
             pid=os.getpid(),
         )
         self._claim = NamespaceClaim(_claimant(self._message), time.monotonic(), lease_s=lease_s)
+        self._rivals = Rivals(self._claim.me)
         self._holder: Publisher | None = None
         self._lock: NamespaceLock | None = None
         self._dead = 0
@@ -131,7 +132,7 @@ class NodeNamespace:
             return
         if self._holder is None:
             self._claim.held(other, time.monotonic())
-        elif other < self._claim.me:
+        elif self._rivals.heard(other, time.monotonic()):
             # Two networks that became one, say: the study that began later ends.
             raise in_use(other, self._where)
 
