@@ -12,6 +12,7 @@ import pytest
 from studies import QUICK, mobo, mobo_json, run_study
 
 from mobo_core.atlas.file import read_atlas
+from mobo_core.bag.collector import read_study
 from mobo_core.bag.record import StudyRecord
 from mobo_core.design import DesignSpace, to_urdf
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -22,6 +23,8 @@ from mobo_core.report.claims.evidence import Arm, Evidence, Maps, of_study
 from mobo_core.report.claims.fair import of_atlas
 from mobo_core.report.claims.verdict import INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, Checked, Outcome
 from mobo_core.report.claims.voxels import spearman
+from mobo_core.report.figures.claims import FIGURE as CLAIMS_FIGURE
+from mobo_core.report.report import Report, write_index
 from mobo_core.report.table import study_table
 from mobo_core.search.study import StudySettings
 
@@ -278,6 +281,25 @@ def test_a_study_without_trials_or_of_five_joints_is_refused(
     bag = run_study(tmp_path / "none", 1, rejected={0})
     assert mobo("claims", bag) == 2
     assert "no complete trial" in capsys.readouterr().err
+
+
+def test_reports_of_6_and_7_joints_lead_to_the_claims(tmp_path: Path) -> None:
+    """The page that leads to both holds those that evaluate nothing; a study's own page those on it alone."""
+    reports = []
+    for name in ("paper_6", "mobo_7"):
+        study = read_study(SAMPLES / name)
+        table = study_table(study)
+        reports.append(Report(tmp_path / name, study, table, []))
+        drawn = list(CLAIMS_FIGURE.draw(study, table))
+        own = [one["claim"] for one in CLAIMS_FIGURE.view.data(study, table)]  # type: ignore[union-attr]
+        assert len(drawn) == 1
+        assert own == [c.name for c in CLAIMS if c.needs == (table.n_joints,) and not c.evaluates]
+    page = write_index(reports, tmp_path).read_text(encoding="utf-8")
+    assert "Values of the two studies do not compare: spec: ik_mode" in page
+    assert all(f"<td class=\"\">{claim.name}</td>" in page for claim in CLAIMS if not claim.evaluates)
+    assert "data:image/png" in page
+    write_index(reports[:1] * 2, tmp_path)
+    assert "claims" not in (tmp_path / "index.html").read_text(encoding="utf-8")
 
 
 def test_spearman_is_that_of_ranks() -> None:

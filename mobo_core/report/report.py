@@ -11,11 +11,15 @@ from threading import Lock
 from mobo_core.bag.record import StudyRecord
 from mobo_core.outputs import make_folder, write_whole
 from mobo_core.report import reproduce
+from mobo_core.report.claims.check import check_claims
+from mobo_core.report.claims.claim import Pair
+from mobo_core.report.claims.evidence import of_study
 from mobo_core.report.columns import FRONT_COLUMNS, Columns, table_columns
 from mobo_core.report.figures.registry import FIGURES
 from mobo_core.report.figures.render import render
 from mobo_core.report.joint_torques import held_arms, torque_columns
 from mobo_core.report.names import file_name
+from mobo_core.report.page.claims_section import claims_section
 from mobo_core.report.page.index_page import index_page
 from mobo_core.report.page.markup import GENERATOR
 from mobo_core.report.page.study_page import study_page
@@ -120,8 +124,18 @@ def _table_files(tables: Mapping[str, Columns]) -> dict[str, bytes | str]:
 def write_index(reports: Sequence[Report], folder: Path) -> Path:
     """Write the page that leads to the reports of several studies, in folders below ``folder``; return its path."""
     links = [(report.folder.name, report.study, report.table) for report in reports]
-    write_whole(folder / PAGE, index_page(links))
+    write_whole(folder / PAGE, index_page(links, _claims(reports)))
     return folder / PAGE
+
+
+def _claims(reports: Sequence[Report]) -> list[str]:
+    """Return the section on the paper's claims, if there is one study of 6 joints and one of 7."""
+    by_joints = {report.table.n_joints: report for report in reports if report.table.complete}
+    if len(reports) != 2 or set(by_joints) != {6, 7}:
+        return []
+    six, seven = (of_study(by_joints[n].study, by_joints[n].table) for n in (6, 7))
+    pair = Pair(six, seven)
+    return [claims_section(check_claims(pair, evaluate=False), pair.apart)]
 
 
 def report_folders(bags: Sequence[Path], folder: Path) -> list[Path]:

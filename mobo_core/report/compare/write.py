@@ -72,7 +72,7 @@ def _table(columns: dict[str, list[str | int | float | bool | None]]) -> str:
         return "<p>None.</p>"
     rows = [[_text(value) for value in values] for values in zip(*columns.values(), strict=True)]
     numbers = [i for i, values in enumerate(columns.values()) if all(isinstance(v, int | float | None) for v in values)]
-    return markup.table([name.replace("_", " ") for name in columns], rows, right=numbers)
+    return markup.table(list(columns), rows, right=numbers)
 
 
 def _text(value: object) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from mobo_core.registry import Registry
 from mobo_core.report.figures import (
+    claims,
     convergence,
     importance,
     lengths,
@@ -23,6 +24,7 @@ FIGURES = Registry(
         sampling.FIGURE,
         structures.FIGURE,
         lengths.FIGURE,
+        claims.FIGURE,
         voxel_maps.FIGURE,
         convergence.FIGURE,
         importance.FIGURE,

@@ -53,7 +53,8 @@ def _draw(comparison: Comparison) -> Canvas | None:
         n = group.members[0].settings.spec.n_voxels if shares else 1
         fronts = [[(r / n, t / n) for r, t in one.front] for one in group.members]
         any_one, half, every = (attained(fronts, level) for level in LEVELS)
-        axes.plot(*_steps(half), color=colour, linestyle=dashes, linewidth=1.8, label=plain(group.label), zorder=3)
+        axes.plot(*_steps(half), color=colour, linestyle=dashes, linewidth=1.8, zorder=3)
+        axes.plot([], [], color=colour, linestyle=dashes, linewidth=1.8, marker=marker, label=plain(group.label))
         points = half[:: max(1, len(half) // 12)]
         axes.plot(*np.array(points).reshape(-1, 2).T, marker, color=colour, markersize=5, markeredgecolor="white",
                   markeredgewidth=0.5, zorder=4)  # fmt: skip
