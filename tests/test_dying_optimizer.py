@@ -17,7 +17,7 @@ SPEC = {"poses_per_voxel": 2, "restarts": 1, "iterations": 20}  # as the nodes' 
 
 def test_optimizer_killed_five_times_and_resumed_changes_nothing(nodes: Nodes, tmp_path: Path) -> None:
     """Killed by progress, resumed each time, the evaluator never restarted; rosbags reads the bag to its end."""
-    settings = {"sampler": "tpe", "n_startup_trials": 15, "spec": SPEC}
+    settings = {"sampler": "structured", "n_startup_trials": 15, "spec": SPEC}
     undisturbed = run_study(tmp_path / "undisturbed", N, name="s", settings=settings)
     bag = tmp_path / "bag"
     evaluator = nodes.start("evaluator", workers=2, engine="simulated", simulated_s=0.1)

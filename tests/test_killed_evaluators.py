@@ -20,7 +20,7 @@ from mobo_core.messages import EvaluatorStatus
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
 
 N = 14
-SETTINGS = {"spec": yaml.safe_load(QUICK_SPEC), "n_startup_trials": 6}
+SETTINGS = {"spec": yaml.safe_load(QUICK_SPEC), "n_startup_trials": 6, "sampler": "structured"}  # as nodes have it
 
 
 @pytest.fixture(scope="module")

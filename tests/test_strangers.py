@@ -22,7 +22,7 @@ from mobo_core.messages import Evaluation, EvaluatorStatus, decode, encode
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(300)]
 
 N = 12
-SETTINGS = {"spec": yaml.safe_load(QUICK_SPEC), "n_startup_trials": 5}
+SETTINGS = {"spec": yaml.safe_load(QUICK_SPEC), "n_startup_trials": 5, "sampler": "structured"}  # as nodes have it
 BURST = 1000  # as much as the optimizer's reader keeps
 
 

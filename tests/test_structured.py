@@ -18,8 +18,10 @@ from numpy.typing import NDArray
 
 from mobo_core.design import Design, DesignSpace
 from mobo_core.design.joints import effective_orders
+from mobo_core.design.prepared import PreparedXacro
 from mobo_core.evaluation import EvaluationSpec, load_spec
-from mobo_core.evaluation.evaluate import evaluate
+from mobo_core.evaluation.evaluate import evaluate, solve_poses
+from mobo_core.jit.numerics import target_rotation
 from mobo_core.search.contract import go_on
 from mobo_core.search.front import Aim, hypervolume, pareto_front
 from mobo_core.search.samplers.structured import model, search, volume
@@ -121,6 +123,24 @@ def test_mirror_twins_are_worth_alike() -> None:
         own, other = (evaluate(Design(joints, lengths), spec) for joints in (order, pairs.get(order, order)))
         assert own.reach == pytest.approx(other.reach, abs=2.5)
         assert own.torque == pytest.approx(other.torque, rel=0.1)
+
+
+def test_mirror_twins_reach_mirrored_poses() -> None:
+    """All 48 pairs, equal lengths: what one reaches the other one reaches in the mirror, but for solver noise."""
+    space, spec, mirror = DesignSpace(), load_spec("mobo"), np.eye(3)[[1, 0, 2]]
+    sampled, xacro = sampled_orders(space), PreparedXacro(space)
+    positions, rotations = spec.voxel_centres(), np.empty((spec.n_voxels, 3, 3))
+    for voxel, rotation in enumerate(rotations):
+        target_rotation(spec.seed, voxel, 0, rotation)
+    reached = differ = 0
+    for order, twin in twins(space, spec, TWO).items():
+        if order < twin:
+            own, its = (xacro.to_urdf(Design(sampled[name], (0.1, 0.2, 0.2, 0.1, 0.0, 0.0))) for name in (order, twin))
+            outcome, _, _ = solve_poses(own, spec, positions, rotations)
+            mirrored, _, _ = solve_poses(its, spec, positions @ mirror, mirror @ rotations @ mirror)
+            reached += np.count_nonzero(outcome == 0)
+            differ += np.count_nonzero((outcome == 0) != (mirrored == 0))
+    assert reached > 250 and differ < 0.02 * reached, (reached, differ)
 
 
 def test_twins_know_each_others_best() -> None:
