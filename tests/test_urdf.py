@@ -450,3 +450,15 @@ def test_payload_hangs_at_the_tip() -> None:
     jacobian = ReferenceModel(chain).jacobian(q)
     added = jacobian[:3].T @ np.array([0, 0, 2.0 * 9.81])
     assert np.abs(full.torque() - bare.torque() - added).max() < 1e-12
+
+
+def test_thousands_of_shapes_are_refused_at_once() -> None:
+    """Each pair of them would be looked at: 48 s and 1.3 GB for 5,000."""
+    ball = '<collision><geometry><sphere radius="0.001"/></geometry></collision>'
+    urdf = (
+        f'<robot name="r"><link name="a">{ball * 5000}</link><link name="b"/><joint name="j" type="revolute">'
+        '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
+        "</joint></robot>"
+    )
+    with pytest.raises(InputError, match="expected at most 300"):
+        check_urdf(urdf)
