@@ -30,7 +30,7 @@ test: setup ## setup, then ruff, mypy and all tests
 	@$(MAKE) --no-print-directory lint
 	@$(TEST_ENV) .ci/in-env pytest $(PYTEST_ARGS)
 
-test-faults: setup ## setup, then the long tests of faults, up to half an hour; says what it lacks (root, iptables, …)
+test-faults: setup ## setup, then the long tests of faults, some two hours; says what it lacks (root, iptables, …)
 	@$(TEST_ENV) .ci/in-env pytest -v $(FAULTS_ARGS) tests/faults
 
 coverage: ## lines of mobo_core that the tests of `make check` run, by room (after setup)

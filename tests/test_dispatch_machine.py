@@ -1,12 +1,8 @@
-"""Dispatch as state machines: in whatever order things come, a trial is told at most once, and in the end once."""
+"""The dispatcher as a state machine: in whatever order things come, a trial ends at most once, and in the end once."""
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections import Counter
-from pathlib import Path
-from typing import Any
 
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -20,18 +16,9 @@ from hypothesis.stateful import (
     precondition,
     rule,
 )
-from nodes import values
-from studies import run_study
 
-from mobo_core.bag.collector import read_study
-from mobo_core.bag.study_bag import StudyBag
-from mobo_core.coordination.answer import Answering
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.leases import Dispatch, Verdict
-from mobo_core.coordination.optimizer import Optimizer
-from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, Trial, decode, encode
-from mobo_core.search.study import StudySettings
-from mobo_core.verify.history import History
 
 NAMES = ["a", "b", "c"]
 SLOTS = {"a": 1, "b": 2, "c": 3, "healer": 2}
@@ -281,172 +268,3 @@ class AnyOrder(RuleBasedStateMachine):
 
 AnyOrder.TestCase.settings = settings(max_examples=80, stateful_step_count=60)
 TestAnyOrder = AnyOrder.TestCase
-
-N_TRIALS = 8
-# The model takes over from the fifth trial on, so that a value told wrongly shows in the parameters that follow.
-STUDY = {"n_startup_trials": 4, "in_flight": 3, "sampler": "tpe"}
-REJECTED = 2  # this one is bad, on every evaluator
-
-
-class AnyMessages(RuleBasedStateMachine):
-    """The optimizer with a real bag: its evaluators die, answer twice, late or rubbish; it is killed and resumes.
-
-    Failed answers stay below ``max_attempts``, so that the trials must be those of a quiet study, to the bit.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.folder = Path(tempfile.mkdtemp())
-        self.bag = self.folder / "bag"
-        self.settings = StudySettings.of(STUDY)
-        self.now = 0.0
-        self.held: dict[str, list[Any]] = {name: [] for name in NAMES}
-        self.past: list[bytes] = []  # answers given
-        self.failures: Counter[int] = Counter()
-        self.published: list[tuple[str, bytes]] = []
-        self.told: Counter[int] = Counter()
-        self.start(resume=False)
-
-    def start(self, *, resume: bool) -> None:
-        self.store = StudyBag(self.bag, "s", self.settings, resume=resume)
-        self.optimizer = Optimizer(
-            self.store, self.settings, N_TRIALS, Dispatcher(), lambda topic, data: self.published.append((topic, data)),
-            log=lambda line: None, warn=lambda line: None,
-        )  # fmt: skip
-
-    def deliver(self, lost: bool = False) -> None:
-        """Take what the optimizer has published: trials are counted, candidates reach their evaluators, or not."""
-        for topic, data in self.published:
-            if topic == "trials":
-                self.told[int(decode(Trial, data).trial)] += 1
-            elif topic == "candidates" and not lost:
-                candidate = decode(Candidate, data)
-                self.held.setdefault(candidate.evaluator, []).append(candidate)
-        self.published.clear()
-        assert all(count == 1 for count in self.told.values())
-
-    @rule(name=st.sampled_from(NAMES), lost=st.booleans())
-    def heartbeat(self, name: str, lost: bool) -> None:
-        self.beat(name)
-        self.deliver(lost)
-
-    def beat(self, name: str, **fields: Any) -> None:
-        held = self.held[name]
-        named = {"studies": ["s"] * len(held), "trials": [c.trial for c in held], "attempts": [c.attempt for c in held]}
-        status = EvaluatorStatus(**{"evaluator": name, "workers": SLOTS[name], **named, **fields})
-        self.optimizer.on_evaluator(encode(status), self.now)
-
-    @rule(name=st.sampled_from(NAMES))
-    def crash(self, name: str) -> None:
-        self.held[name].clear()
-
-    @rule(name=st.sampled_from(NAMES))
-    def goodbye(self, name: str) -> None:
-        self.held[name].clear()
-        self.beat(name, state=EvaluatorStatus.LEFT)
-        self.deliver()
-
-    @rule(seconds=SECONDS)
-    def time_passes(self, seconds: float) -> None:
-        self.now += seconds
-        self.optimizer.tick(self.now)
-        self.deliver()
-
-    @rule(name=st.sampled_from(NAMES), times=st.integers(0, 2))
-    def answer(self, name: str, times: int) -> None:
-        """The oldest candidate an evaluator holds is answered: once, twice, or the answer is lost."""
-        if self.held[name]:
-            candidate = self.held[name].pop(0)
-            for _ in range(times):
-                self.evaluated(candidate, name)
-            self.deliver()
-
-    def evaluated(self, candidate: Any, name: str) -> None:
-        answering = Answering(name, "simulated", simulated_s=0.0)
-        rejection = Evaluation.REJECTED
-        bad = candidate.trial == REJECTED
-        answer = answering.refusal(candidate, rejection, "bad arm") if bad else answering.answer(candidate)
-        self.past.append(encode(answer))
-        self.optimizer.on_evaluation(self.past[-1], self.now)
-
-    @rule(name=st.sampled_from(NAMES), reason=st.sampled_from(["died", "unable: too small"]))
-    def fails(self, name: str, reason: str) -> None:
-        if self.held[name] and self.failures[self.held[name][0].trial] < 2:
-            candidate = self.held[name].pop(0)
-            self.failures[candidate.trial] += 1
-            failed = Answering(name).refusal(candidate, Evaluation.FAILED, reason)
-            self.optimizer.on_evaluation(encode(failed), self.now)
-            self.deliver()
-
-    @rule(data=st.data())
-    def old_answer(self, data: st.DataObject) -> None:
-        """An answer comes once more, as it was, cut, or with other numbers."""
-        if not self.past:
-            return
-        answer = bytearray(data.draw(st.sampled_from(self.past)))
-        for place, value in data.draw(st.lists(st.tuples(st.integers(0, len(answer) - 1), st.integers(0, 255)))):
-            answer[place] = value
-        cut = data.draw(st.integers(0, len(answer)))
-        message = bytes(answer[:cut])
-        if message not in self.past and _could_be_true(message):
-            return  # damaged where only a checksum could tell
-        self.optimizer.on_evaluation(message, self.now)
-        self.deliver()
-
-    @rule()
-    def killed(self) -> None:
-        """The optimizer is killed and resumes, before or after what it last sent had arrived."""
-        self.store._lock.release()  # as the kernel does
-        self.published.clear()
-        self.start(resume=self.bag.exists() and any(self.bag.glob("*.mcap")))
-        self.told = Counter({told.number: 1 for told in self.optimizer.study.told})
-
-    def teardown(self) -> None:
-        """The evaluators behave, and the study comes to its end."""
-        try:
-            for _ in range(400):
-                if self.optimizer.done:
-                    break
-                self.now += 1.0
-                for name in self.held:
-                    self.beat(name)
-                    self.deliver()
-                    while self.held[name]:
-                        self.evaluated(self.held[name].pop(0), name)
-                        self.deliver()
-            assert self.optimizer.done
-            self.store.close()
-            study = read_study(self.bag)
-            assert study.repeated == [] and study.faults == []
-            assert sorted(study.trials) == list(range(N_TRIALS))
-            assert values(self.bag) == quiet_values()
-            history = History(study)
-            history.replay()
-            assert history.faults == []  # whatever happened, an honest bag is no lie
-        finally:
-            shutil.rmtree(self.folder)
-
-
-def _could_be_true(message: bytes) -> bool:
-    """Return whether a damaged answer still decodes: what then differs is a true answer's numbers or names."""
-    try:
-        decode(Evaluation, message)
-    except Exception:
-        return False
-    return True
-
-
-_quiet: list[Any] = []
-
-
-def quiet_values() -> list[Any]:
-    """Return the trials of the study that nothing disturbs."""
-    if not _quiet:
-        with tempfile.TemporaryDirectory() as folder:
-            bag = run_study(Path(folder) / "bag", N_TRIALS, name="s", settings=STUDY, rejected=[REJECTED])
-            _quiet.extend(values(bag))
-    return _quiet
-
-
-AnyMessages.TestCase.settings = settings(max_examples=6, stateful_step_count=40)
-TestAnyMessages = AnyMessages.TestCase

@@ -70,7 +70,7 @@ NOT_RUN = {
     "make test": "runs this test",
     "make setup": "sets a machine up",
     "make check": "runs the tests",
-    "make test-faults": "takes half an hour",
+    "make test-faults": "takes two hours",
     "make docs": "writes into build/: the page of the API is no part of the tests",
     "source .venv/bin/activate && source install/setup.bash": "the tests run in what it gives",
     "export ROS_AUTOMATIC_DISCOVERY_RANGE=SUBNET": "needs a second machine: tests/faults/test_network.py",

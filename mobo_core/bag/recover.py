@@ -8,10 +8,16 @@ from pathlib import Path
 from mobo_core.bag.chain import beginning
 from mobo_core.bag.files import bag_files, write_metadata
 from mobo_core.bag.reader import FileContent, first_record, stream, with_sessions
-from mobo_core.bag.writer import CHUNK_BYTES, McapFile, custom_data
+from mobo_core.bag.writer import CHUNK_BYTES, Create, McapFile, create_file, custom_data
 
 
-def recover_file(content: FileContent, record: dict[str, str], previous: str = "", next_says: str = "") -> FileContent:
+def recover_file(
+    content: FileContent,
+    record: dict[str, str],
+    previous: str = "",
+    next_says: str = "",
+    create: Create = create_file,
+) -> FileContent:
     """Rewrite a file that does not end properly with all of its whole messages; return the new content.
 
     ``record`` is the study's, for a file that was cut off before its own. The hash chain ends before it and begins
@@ -28,7 +34,7 @@ def recover_file(content: FileContent, record: dict[str, str], previous: str = "
     part.unlink(missing_ok=True)
     chain = beginning("recovered", previous, **({"stands_for": next_says} if next_says else {}))
     said = content.record or record
-    whole = McapFile(part, said, CHUNK_BYTES, chain=chain)
+    whole = McapFile(part, said, CHUNK_BYTES, chain=chain, create=create)
     try:
         for session, entry in with_sessions([path]):
             if session and session != said:

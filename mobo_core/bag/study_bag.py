@@ -13,10 +13,10 @@ from mobo_core.bag.chain import beginning
 from mobo_core.bag.collector import past_study
 from mobo_core.bag.files import FileSummary, write_metadata
 from mobo_core.bag.lock import LOCK_FILE, BagLock
-from mobo_core.bag.reader import read_record
+from mobo_core.bag.reader import FileContent, read_record
 from mobo_core.bag.record import StudyRecord, schema_version_of, settings_of, study_record
 from mobo_core.bag.recover import recover_file
-from mobo_core.bag.writer import McapFile, custom_data, next_file
+from mobo_core.bag.writer import Create, McapFile, create_file, custom_data, next_file
 from mobo_core.errors import InputError
 from mobo_core.messages import SCHEMA_VERSION, Candidate, Message, encode
 from mobo_core.search.study import StudySettings
@@ -35,6 +35,7 @@ class StudyBag:
         resume: continue the bag if it exists.
         node: name of the optimizer, for the lock.
         prefix: of the topic names, ``/`` or a namespace.
+        create: makes the files.
 
     Raises:
         InputError: the bag exists and ``resume`` is false; it is of another study or other settings; it is no
@@ -51,8 +52,10 @@ class StudyBag:
         resume: bool,
         node: str = "optimizer",
         prefix: str = "/",
+        create: Create = create_file,
     ) -> None:
         self.folder, self.name, self.settings, self._prefix = folder, name, settings, prefix
+        self._create = create
         self._files: list[FileSummary] = []  # those that are whole
         self._file: McapFile | None = None
         self._digest = ""  # of the last of them
@@ -97,9 +100,12 @@ class StudyBag:
         self._past = None
         for i, content in enumerate(past.contents):
             next_says = past.contents[i + 1].chain.get("previous", "") if i + 1 < len(past.contents) else ""
-            whole = content if content.finished else recover_file(content, self._record, self._digest, next_says)
+            whole = content if content.finished else self._recover(content, next_says)
             self._files.append(whole.summary)
             self._digest = whole.digest
+
+    def _recover(self, content: FileContent, next_says: str) -> FileContent:
+        return recover_file(content, self._record, self._digest, next_says, self._create)
 
     def note(self, **values: object) -> None:
         """Put more into the record that the files of this session begin with."""
@@ -130,7 +136,9 @@ class StudyBag:
             self._digest, self._file = self._file.digest, None
         if self._file is None:
             chain = beginning("recorded", self._digest)
-            self._file = McapFile(next_file(self.folder), self._record, version=self._version, chain=chain)
+            self._file = McapFile(
+                next_file(self.folder), self._record, version=self._version, chain=chain, create=self._create
+            )
         self._file.write(self._prefix + topic, kind, data)
 
     def close(self) -> None:
@@ -202,6 +210,8 @@ def recorded_study(folder: Path) -> tuple[str, StudySettings] | None:
     if not _holds_something(folder):
         return None
     record = read_record(folder)
+    if not record and is_blank(folder):
+        return None  # its writer was killed before it had said what it is
     return record.get("study", ""), settings_of(record, str(folder))
 
 

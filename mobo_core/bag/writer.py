@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
-import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from mcap.writer import CompressionType, Writer
 
 from mobo_core.bag.chain import BEGIN_RECORD, END_RECORD, Digest, beginning
 from mobo_core.bag.files import Channel, FileSummary, bag_files, channel_of, number_of
+from mobo_core.clock import now_ns
 from mobo_core.errors import InputError, StudyError
 from mobo_core.messages import SCHEMA_VERSION
 from mobo_core.version import __version__
@@ -20,6 +21,31 @@ STUDY_RECORD = "mobo"
 
 # Of a file written in one go. Larger ones compress no better.
 CHUNK_BYTES = 1_000_000
+
+
+class NewFile(Protocol):
+    """What is needed of an unbuffered file that is being written."""
+
+    def write(self, data: bytes, /) -> int | None:
+        """Write some of the bytes at the end; return how many."""
+
+    def truncate(self, size: int, /) -> int:
+        """Cut the file back."""
+
+    def fileno(self) -> int:
+        """Return its descriptor."""
+
+    def close(self) -> None:
+        """Close it."""
+
+
+# Makes a file that does not exist yet, or raises OSError. A simulation has a disk of its own.
+Create = Callable[[Path], NewFile]
+
+
+def create_file(path: Path) -> NewFile:
+    """Make a file on the disk."""
+    return path.open("xb", buffering=0)
 
 
 class McapFile:
@@ -34,6 +60,7 @@ class McapFile:
         chunk_bytes: let chunks grow to so many bytes; 0: a chunk for each message.
         version: schema version of the messages that :meth:`write` gets.
         chain: what the hash chain begins with (see :mod:`mobo_core.bag.chain`); by default as in a bag's first file.
+        create: makes the file.
 
     Attributes:
         path: the file.
@@ -50,13 +77,14 @@ class McapFile:
         chunk_bytes: int = 0,
         version: int = SCHEMA_VERSION,
         chain: dict[str, str] | None = None,
+        create: Create = create_file,
     ) -> None:
         self.path, self.summary, self._version = path, FileSummary(path.name), version
         self._channels: dict[Channel, int] = {}
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._chunk_bytes, self._failed, self._digest = chunk_bytes, False, Digest()
         try:
-            self._stream = _WholePieces(path)
+            self._stream = _WholePieces(create(path))
         except OSError as error:
             raise self._error(error) from None
         self._writer = Writer(
@@ -82,7 +110,7 @@ class McapFile:
 
     def write(self, topic: str, kind: str, data: bytes, time_ns: int | None = None) -> None:
         """Append one of mobo's messages (CDR bytes) to a topic (full name)."""
-        self.copy(channel_of(topic, kind, self._version), data, time.time_ns() if time_ns is None else time_ns)
+        self.copy(channel_of(topic, kind, self._version), data, now_ns() if time_ns is None else time_ns)
 
     def copy(self, channel: Channel, data: bytes, time_ns: int) -> None:
         """Append a message of any type as another bag describes it."""
@@ -156,8 +184,8 @@ class McapFile:
 class _WholePieces:
     """A file as the MCAP writer wants it, which gets all that came between two flushes, or nothing of it."""
 
-    def __init__(self, path: Path) -> None:
-        self._file = path.open("xb", buffering=0)
+    def __init__(self, file: NewFile) -> None:
+        self._file = file
         self._pending = bytearray()
         self._length = self.flushes = 0
 
@@ -179,7 +207,7 @@ class _WholePieces:
         try:
             done = 0
             while done < len(data):
-                done += self._file.write(data[done:])
+                done += self._file.write(data[done:]) or 0
         except OSError:
             with contextlib.suppress(OSError):
                 self._file.truncate(self._length)

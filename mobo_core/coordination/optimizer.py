@@ -18,6 +18,7 @@ from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.leases import Dispatch, Verdict
 from mobo_core.coordination.progress import Progress
 from mobo_core.design.description import TIP_LINK
+from mobo_core.design.design import Design
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError, visibly
 from mobo_core.evaluation.spec_message import spec_to_message
@@ -56,6 +57,7 @@ class Optimizer:
         publish: sends bytes on a topic (relative name).
         log: takes lines for people.
         warn: takes lines on what went wrong; a flood of them may come.
+        describe: makes the URDF of an arm; xacro, unless who calls keeps what it made before.
     """
 
     def __init__(
@@ -67,6 +69,7 @@ class Optimizer:
         publish: Publish,
         log: Callable[[str], None] = print,
         warn: Callable[[str], None] = print,
+        describe: Callable[[Design], str] | None = None,
     ) -> None:
         self.settings, self.n_trials = settings, n_trials
         self._progress = Progress(bag.name, settings)
@@ -77,7 +80,7 @@ class Optimizer:
         bag.note(max_attempts=dispatcher.max_attempts)
         self._spec_message = spec_to_message(settings.spec)
         self._max_answer_bytes = _ANSWER_BYTES + _VOXEL_BYTES * settings.spec.n_voxels
-        self._xacro = PreparedXacro(settings.space)
+        self._describe = PreparedXacro(settings.space).to_urdf if describe is None else describe
         self._urdfs: dict[int, str] = {}
         self._unused_of: dict[int, int] = {}
         self.answers = self.answers_unused = self.resent = 0
@@ -242,7 +245,7 @@ class Optimizer:
             self._log("paused, as it was when it ended; `ros2 run mobo control resume` goes on")
 
     def _open(self, asked: Asked, sent: set[Dispatch] | None = None) -> None:
-        self._urdfs[asked.number] = self._xacro.to_urdf(asked.design)
+        self._urdfs[asked.number] = self._describe(asked.design)
         self._dispatcher.open(asked.number, sent or ())
 
     def _send(self, dispatch: Dispatch) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, field, fields
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mobo_core.clock import now_ns
 
 # Of this set of messages; bags of older ones are read by the definitions they hold.
 SCHEMA_VERSION = 2
@@ -63,7 +64,7 @@ class Header:
     @classmethod
     def now(cls) -> Header:
         """Return the header of this moment."""
-        return cls.at(time.time_ns())
+        return cls.at(now_ns())
 
     @property
     def time_ns(self) -> int:

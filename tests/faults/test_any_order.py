@@ -1,10 +1,10 @@
-"""The state machines of dispatch with many more examples, other ones each time."""
+"""The state machine of dispatch with many more examples, other ones each time."""
 
 from __future__ import annotations
 
 import pytest
 from hypothesis import HealthCheck, settings
-from test_dispatch_machine import AnyMessages, AnyOrder
+from test_dispatch_machine import AnyOrder
 
 pytestmark = pytest.mark.timeout(900)
 
@@ -15,11 +15,5 @@ class MoreOrders(AnyOrder):
     """As there."""
 
 
-class MoreMessages(AnyMessages):
-    """As there."""
-
-
 MoreOrders.TestCase.settings = settings(_MANY, max_examples=2000)
 TestMoreOrders = MoreOrders.TestCase
-MoreMessages.TestCase.settings = settings(_MANY, max_examples=150)
-TestMoreMessages = MoreMessages.TestCase

@@ -17,18 +17,15 @@ from rclpy.duration import Duration
 from rclpy.event_handler import QoSLivelinessChangedInfo, SubscriptionEventCallbacks
 from rclpy.executors import Executor
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rclpy.qos import LivelinessPolicy, QoSProfile
 
 from mobo.runtime import qos, subscribe
 from mobo_core import messages
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.answer import host_id
-from mobo_core.coordination.namespace_claim import Claimant, NamespaceClaim, Rivals, in_use
+from mobo_core.coordination.namespace import Namespace
 from mobo_core.coordination.namespace_lock import NamespaceLock
 from mobo_core.coordination.stop import Stop
-from mobo_core.errors import InputError, InUseError
-from mobo_core.messages import decode, encode
 from mobo_msgs.msg import OptimizerStatus
 
 _REPEAT_S = 0.1
@@ -54,24 +51,24 @@ class NodeNamespace:
 
     def __init__(self, node: Node, study: str, bag: Path, lease_s: float) -> None:
         self._node = node
-        self._where = f"namespace {node.get_namespace()}"
-        self._message = messages.OptimizerStatus(
+        message = messages.OptimizerStatus(
             optimizer=node.get_fully_qualified_name(),
             study=study,
             bag=str(bag),
             host_id=host_id(),
             pid=os.getpid(),
         )
-        self._claim = NamespaceClaim(_claimant(self._message), time.monotonic(), lease_s=lease_s)
-        self._rivals = Rivals(self._claim.me)
-        self._holder: Publisher | None = None
-        self._lock: NamespaceLock | None = None
+        name = node.get_namespace()
+        self._publishers = {"claims": node.create_publisher(OptimizerStatus, "claims", qos(10))}
+        self._claim = claim = Namespace(
+            message, f"namespace {name}", time.monotonic(), lease_s=lease_s,
+            lock=lambda known: NamespaceLock(name, known),
+            publish=lambda topic, data: self._publishers[topic].publish(data),
+            say=node.get_logger().warning,  # `study` shows warnings alone
+        )  # fmt: skip
         self._dead = 0
-        self._said = ""
-        self._lease_s = lease_s
-        self._claims = node.create_publisher(OptimizerStatus, "claims", qos(10))
-        self._repeat = node.create_timer(_REPEAT_S, lambda: self._claims.publish(encode(self._message)))
-        subscribe(node, OptimizerStatus, "claims", self._on_claim, qos(10))
+        self._repeat = node.create_timer(_REPEAT_S, claim.repeat)
+        subscribe(node, OptimizerStatus, "claims", lambda data: claim.on_claim(data, time.monotonic()), qos(10))
         events = SubscriptionEventCallbacks(liveliness=self._on_liveliness)
         node.create_subscription(
             OptimizerStatus, "optimizers", self._on_holder, _holders_qos(), event_callbacks=events, raw=True
@@ -83,70 +80,23 @@ class NodeNamespace:
         Raises:
             InUseError: another optimizer has one of them, and still had after a lease.
         """
-        until = None
         while not stop:
-            now = time.monotonic()
-            if self._claim.may_go(now, self._where):
-                try:
-                    if self._lock is None:
-                        self._lock = NamespaceLock(self._node.get_namespace(), self._claim.known)
-                    return open_bag()
-                except InUseError as error:
-                    until = until or now + self._lease_s
-                    if now >= until:
-                        raise
-                    self._say(f"{error}; waiting {self._lease_s:g} s for it to vanish")
-            elif (other := self._claim.in_the_way(now)) is not None and other.pid:
-                self._say(f"{self._where} is in use by {other}; waiting {self._lease_s:g} s for it to vanish")
+            if (bag := self._claim.take(open_bag, time.monotonic())) is not None:
+                return bag
             executor.spin_once(timeout_sec=0.05)
             # The graph keeps a killed node for long, but only with those who knew it before.
             self._claim.alive(self._node.count_publishers("optimizers") - self._dead)
         return None
 
-    def _say(self, text: str) -> None:
-        if text != self._said:
-            self._said = text
-            self._node.get_logger().warning(text)  # `study` shows warnings alone
-
     def hold(self) -> None:
         """Tell the others that the namespace is taken, until this node ends."""
-        self._holder = self._node.create_publisher(OptimizerStatus, "optimizers", _holders_qos())
-        self._publish_holder()
+        self._publishers["optimizers"] = self._node.create_publisher(OptimizerStatus, "optimizers", _holders_qos())
+        self._claim.hold()
         self._node.destroy_timer(self._repeat)
-        self._node.create_timer(_HOLD_REPEAT_S, self._publish_holder)
-
-    def _publish_holder(self) -> None:
-        if self._holder is not None:
-            self._holder.publish(encode(self._message))
-
-    def _on_claim(self, data: bytes) -> None:
-        other = _read(data)
-        if other is None or other == self._claim.me:
-            return
-        self._claim.claimed(other, time.monotonic())
-        self._publish_holder()
+        self._node.create_timer(_HOLD_REPEAT_S, self._claim.repeat)
 
     def _on_holder(self, data: bytes) -> None:
-        other = _read(data)
-        if other is None or other == self._claim.me:
-            return
-        if self._holder is None:
-            self._claim.held(other, time.monotonic())
-        elif self._rivals.heard(other, time.monotonic()):
-            # Two networks that became one, say: the study that began later ends.
-            raise in_use(other, self._where)
+        self._claim.on_holder(data, time.monotonic())
 
     def _on_liveliness(self, event: QoSLivelinessChangedInfo) -> None:
         self._dead = event.not_alive_count
-
-
-def _read(data: bytes) -> Claimant | None:
-    try:
-        message = decode(messages.OptimizerStatus, data)
-    except InputError:
-        return None
-    return _claimant(message)
-
-
-def _claimant(message: messages.OptimizerStatus) -> Claimant:
-    return Claimant(message.header.time_ns, message.host_id, message.pid, message.optimizer)
