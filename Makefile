@@ -8,16 +8,16 @@ FAULTS_ARGS ?=
 WARM ?= 1
 
 SHELL := /bin/bash
-export PYTHON TRIALS WARM
+export PYTHON TRIALS WARM ATLAS_TRIALS ATLAS_BAG ATLAS_FILE
 
 # Tests stay on this machine, and leave nothing in /dev/shm when they kill a node.
 TEST_ENV := ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST FASTDDS_BUILTIN_TRANSPORTS=UDPv4
 
-.PHONY: help setup check test test-faults coverage docs demo lint build clean
+.PHONY: help setup check test test-faults coverage docs demo atlas lint build clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
-	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-n 2 -k name' the tests, FAULTS_ARGS likewise."
+	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-n 2 -k name' the tests, FAULTS_ARGS likewise, ATLAS_TRIALS=3000 the atlas's."
 
 setup: ## make .venv/ and install/, or what of them is out of date
 	@.ci/setup.sh
@@ -42,6 +42,9 @@ docs: ## API reference of mobo_core into build/docs/, without warnings (after se
 
 demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, and a report of it
 	@.ci/demo.sh
+
+atlas: setup ## setup, then the study of 250,000 trials behind the atlas that mobo brings; goes on where it stopped
+	@.ci/atlas.sh
 
 lint: ## ruff, mypy and import contracts (after setup)
 	@.venv/bin/ruff check .

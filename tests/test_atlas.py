@@ -14,14 +14,17 @@ import pytest
 from studies import mobo, mobo_json, run_study
 
 from mobo_core.atlas.ask import Wish, answer
-from mobo_core.atlas.atlas import Atlas, atlas_of, partial
+from mobo_core.atlas.atlas import Atlas, atlas_of, fronts_of, partial
 from mobo_core.atlas.file import read_atlas, write_atlas
 from mobo_core.atlas.growth import expected_gain, volumes_added
 from mobo_core.atlas.reading import read_trials
+from mobo_core.atlas.regret import fitting_atlas, regret, unfit, voxels_within
+from mobo_core.atlas.trials import Rows
 from mobo_core.bag.collector import read_study
 from mobo_core.design import DesignSpace, to_urdf
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.report.own_atlas import own_atlas
 from mobo_core.report.row import Row
 from mobo_core.report.table import study_table
 from mobo_core.search.front import Aim, hypervolume
@@ -86,6 +89,16 @@ def test_metadata_tells_the_question_and_the_hypervolume(bags: list[Path], atlas
     assert atlas.spec == EvaluationSpec() and atlas.space == SETTINGS["space"]
     assert [(one["name"], one["trials"]) for one in atlas.about.studies] == [("seed0", 60), ("seed1", 60)]
     assert atlas.about.versions["mobo"]
+
+
+def test_no_trial_makes_an_atlas_of_no_arm(atlas: Atlas, bags: list[Path], tmp_path: Path) -> None:
+    settings = read_trials(bags[:1])[0][0].settings
+    none = fronts_of(Rows(("reach", "torque"), 3).trials(), settings, [{"name": "none"}])
+    assert len(none) == none.about.orders == none.about.hypervolume == 0 and partial(none) == ""
+    write_atlas(tmp_path / "none.parquet", none)
+    back = read_atlas(tmp_path / "none.parquet")
+    assert not len(back) and not len(answer(back, Wish()))
+    assert regret(none, atlas).hypervolume == 0.0
 
 
 def test_a_file_gives_the_atlas_back_to_the_bit(atlas: Atlas, tmp_path: Path) -> None:
@@ -204,6 +217,7 @@ def test_the_commands(bags: list[Path], atlas: Atlas, tmp_path: Path, capsys: py
     sent = study.candidate_of(int(atlas.trial[best]))
     assert sent is not None and urdfs[0].read_text() == sent.urdf == to_urdf(atlas.design(int(best)), atlas.space)
     assert mobo("atlas", "ask", file, "--reach-at-least", "76") == 1
+    assert mobo("atlas", bags[0], "-o", tmp_path / "one.parquet", "--searched") == 1
     capsys.readouterr()
     for arguments, why in (
         (["ask", file, "--max", "torque"], "--max: 'torque'; expected a name and a number"),
@@ -213,10 +227,71 @@ def test_the_commands(bags: list[Path], atlas: Atlas, tmp_path: Path, capsys: py
         ([bags[0], "-o", "a.csv"], "suffix '.csv'; expected a file name ending in .parquet"),
         ([bags[0], "-o", file, "--order", "RPP"], "--order; expected mobo atlas ask"),
         ([bags[0]], "no -o"),
+        (["ask", file, "--searched"], "--searched; expected mobo atlas BAG… -o"),
     ):
         assert mobo("atlas", *arguments) == 2
         error = capsys.readouterr().err
         assert why in error and error.count("\n") == 1
+
+
+def test_a_study_is_at_no_distance_from_its_own_atlas_and_short_of_a_larger_one(
+    bags: list[Path], atlas: Atlas
+) -> None:
+    study = read_study(bags[0])
+    own = own_atlas(study, study_table(study))
+    sources, trials = read_trials(bags[:1])
+    streamed = atlas_of(trials, sources)
+    assert own.joints == streamed.joints and np.array_equal(own.expected_gain, streamed.expected_gain)
+    none = regret(own, streamed)
+    assert none.hypervolume == none.of_hypervolume == streamed.about.hypervolume
+    assert all(one.short == 0.0 and one.hypervolume == one.of_hypervolume for one in none.orders)
+    assert str(none) == f"{none.hypervolume:.4f} of {none.hypervolume:.4f}"
+    far = regret(own, atlas)
+    assert far.of_hypervolume == atlas.about.hypervolume >= far.hypervolume
+    rows = _rows(bags)
+    for one in far.orders:
+        best = {
+            name: max(row.reach for study, row in rows if row.complete and row.joints == one.joints and study in name)
+            for name in ("seed0", "seed0 seed1")
+        }
+        assert one.short == best["seed0 seed1"] - best["seed0"] >= 0.0
+    worst = far.orders[0]
+    assert worst.short > 0.0 and str(far).endswith(f"; {worst.joints} {worst.short:.1f} voxels short")
+    back = regret(atlas, own)  # what is ahead of an atlas is not short of it
+    assert back.hypervolume == back.of_hypervolume and not any(one.short for one in back.orders)
+
+
+def test_values_of_other_questions_are_not_compared(bags: list[Path], atlas: Atlas, tmp_path: Path) -> None:
+    settings = read_study(bags[0]).settings
+    assert unfit(settings, "simulated", atlas) == ""
+    sequential = settings.model_copy(update={"space": settings.space.model_copy(update={"lengths": "sequential"})})
+    assert unfit(sequential, "", atlas) == ""
+    other = settings.model_copy(update={"spec": EvaluationSpec(seed=3)})
+    assert unfit(other, "", atlas) == "spec.seed is 3, in the atlas 0"
+    assert unfit(settings, "kernel", atlas) == "engine is 'kernel', in the atlas 'simulated'"
+    write_atlas(tmp_path / "a.parquet", atlas)
+    assert fitting_atlas(other, "", tmp_path / "a.parquet")[0] is None
+    assert fitting_atlas(settings)[1] == "mobo brings no atlas of 3 joints"
+
+
+def test_no_arm_reaches_voxels_beyond_its_length() -> None:
+    spec = EvaluationSpec()
+    assert voxels_within(DesignSpace(), spec) == 71
+    assert voxels_within(DesignSpace.of({"total_length": 0.1}), spec) == 1
+    assert voxels_within(DesignSpace.of({"base_height": (-0.1, 0.4)}), spec) == 75
+
+
+def test_the_report_says_how_well_orders_are_known(
+    bags: list[Path], atlas: Atlas, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_atlas(tmp_path / "a.parquet", atlas)
+    assert mobo("report", bags[0], "-o", tmp_path / "r", "--atlas", tmp_path / "a.parquet") == 0
+    said = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("atlas "))
+    assert "voxels short, by 120 trials (partial: 8 of 8 orders" in said
+    page = (tmp_path / "r" / "index.html").read_text()
+    assert "How well each order is known" in page and "Against an atlas of 120 trials" in page
+    lines = (tmp_path / "r" / "atlas_orders.csv").read_text().splitlines()
+    assert len(lines) == 9 and lines[0].endswith("hypervolume,expected_gain,voxels_short,hypervolume_short")
 
 
 def _changed(file: Path, to: Path, **columns: list[Any]) -> Path:

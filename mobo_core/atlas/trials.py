@@ -81,10 +81,10 @@ class Rows:
         return Trials(
             self._names,
             tuple(self._orders),
-            np.array(self._values).reshape(n, -1)[by],
+            np.array(self._values).reshape(n, len(self._names))[by],
             np.array(self._order, np.int64)[by],
-            np.array(self._lengths).reshape(n, self._n_joints)[by] if n else np.empty((0, self._n_joints)),
-            np.array(self._base).reshape(n, 2)[by] if n else np.empty((0, 2)),
+            np.array(self._lengths).reshape(n, self._n_joints)[by],
+            np.array(self._base).reshape(n, 2)[by],
             study[by],
             number[by],
         )

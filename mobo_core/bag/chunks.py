@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import zlib
 from collections.abc import Iterable, Iterator
 from io import BytesIO
@@ -14,6 +15,9 @@ from mcap.records import Channel, Chunk, McapRecord, Message, Schema
 
 from mobo_core.errors import InputError
 
+# Opcode and length of a record; what a message's data come after.
+_HEAD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
+_ZSTD = zstandard.ZstdDecompressor()
 # The largest message, and what else fits into its chunk.
 MAX_CHUNK_BYTES = 80_000_000
 # A message takes so many bytes at least: an entry of its chunk's index.
@@ -56,13 +60,15 @@ class Budget:
         return InputError(what, where=str(self._path), expected="as much as a bag of its size holds")
 
 
-def opened(record: McapRecord, budget: Budget) -> Iterable[McapRecord]:
-    """Return the records in a chunk, whose sizes and CRC are checked first; or the record itself.
+def opened(record: McapRecord | None, budget: Budget) -> Iterable[McapRecord]:
+    """Return the records in a chunk, whose sizes and CRC are checked first; or the record itself, if it is one.
 
     Raises:
         DamageError: CRC or sizes do not fit.
         InputError: see :class:`Budget`.
     """
+    if record is None:
+        return ()
     return _unpacked(record, budget) if isinstance(record, Chunk) else (record,)
 
 
@@ -75,18 +81,22 @@ def _unpacked(chunk: Chunk, budget: Budget) -> Iterator[McapRecord]:
         raise budget.refusal("a chunk of another size than it says")
     if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
         raise DamageError("CRC of a chunk differs")
-    stream = ReadDataStream(BytesIO(data))
-    while stream.count < len(data):
-        opcode, length = stream.read1(), stream.read8()
+    at = 0
+    while at < len(data):
+        opcode, length = _HEAD.unpack_from(data, at)
+        at += _HEAD.size
+        end = at + length
+        if end > len(data):
+            raise DamageError("a record longer than its chunk")
         budget.record()
         if opcode == Opcode.MESSAGE:
-            yield Message.read(stream, length)
+            channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(data, at)
+            yield Message(channel, log_time, data[at + _MESSAGE.size : end], publish_time, sequence)
         elif opcode == Opcode.CHANNEL:
-            yield Channel.read(stream)
+            yield Channel.read(ReadDataStream(BytesIO(data[at:end])))
         elif opcode == Opcode.SCHEMA:
-            yield Schema.read(stream)
-        else:
-            stream.read(length)
+            yield Schema.read(ReadDataStream(BytesIO(data[at:end])))
+        at = end
 
 
 def _decompressed(chunk: Chunk) -> bytes:
@@ -95,7 +105,7 @@ def _decompressed(chunk: Chunk) -> bytes:
         # Else the size in the frame's own header would be believed.
         if zstandard.get_frame_parameters(chunk.data).content_size != size:
             raise DamageError("sizes of a chunk differ")
-        return zstandard.decompress(chunk.data, size)
+        return _ZSTD.decompress(chunk.data, size)
     if chunk.compression == "lz4":
         from lz4.frame import LZ4FrameDecompressor  # mobo writes none
 

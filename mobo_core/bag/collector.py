@@ -20,6 +20,7 @@ from mobo_core.messages import (
     SpecMessage,
     StudyStatus,
     Trial,
+    address,
     decode,
     version_of,
 )
@@ -77,8 +78,8 @@ def past_study(path: Path) -> StudyRecord:
         study.contents.append(FileContent(file))
         for entry in stream(study.contents[-1]):
             collector.add(entry)
+    collector.end()
     return study
-
 
 
 class Collector:
@@ -87,10 +88,15 @@ class Collector:
     def __init__(self, study: StudyRecord, *, lean: bool = False) -> None:
         self._study, self._lean = study, lean
         self._sent: dict[int, set[tuple[int, str]]] = {}  # of the trials not told
+        self._answers: dict[int, list[tuple[int, Entry]]] = {}  # of the same, not decoded; with their place in the bag
+        self._n = 0
         self._urdfs: dict[int, str] = {}
 
     def add(self, entry: Entry) -> Message | None:
         """Take the next message, and return it; None if it is none of mobo's."""
+        if self._lean and entry.kind == Evaluation.kind:
+            self._keep(entry)
+            return None
         study, message = self._study, message_of(entry)
         if message is not None:
             check_plain(message, str(study.path))
@@ -101,10 +107,7 @@ class Collector:
                     self._strip(message)
                 study.candidates.append(message)
             case Evaluation():
-                # What came before it was asked for counted for nothing, and shall not count now.
-                sent = (message.attempt, message.evaluator) in self._sent.get(message.trial, ())
-                if sent or not self._lean:
-                    study.evaluations.append(message)
+                study.evaluations.append(message)
             case Trial():
                 self._add_trial(message)
             case Command():
@@ -115,6 +118,25 @@ class Collector:
                 study.n_trials = int(message.n_trials)
             case _:
                 pass
+        return message
+
+    def end(self) -> None:
+        """Have the answers that wait in the study, once all messages are taken."""
+        waiting = sorted((pair for pairs in self._answers.values() for pair in pairs), key=lambda pair: pair[0])
+        self._study.evaluations += [self._decoded(entry) for _, entry in waiting]
+
+    def _keep(self, entry: Entry) -> None:
+        """Keep an answer as bytes: of most nobody asks for more than whom they are from."""
+        of = address(entry.data)
+        # What came before it was asked for counted for nothing, and shall not count now.
+        if (of.attempt, of.evaluator) in self._sent.get(of.trial, ()):
+            self._n += 1
+            self._answers.setdefault(of.trial, []).append((self._n, entry))
+
+    def _decoded(self, entry: Entry) -> Evaluation:
+        message = message_of(entry)
+        assert isinstance(message, Evaluation)
+        check_plain(message, str(self._study.path))
         return message
 
     def _strip(self, candidate: Candidate) -> None:
@@ -135,10 +157,9 @@ class Collector:
         trial.header, trial.study, trial.evaluator = _NO_HEADER, sys.intern(trial.study), sys.intern(trial.evaluator)
         self._sent.pop(number, None)
         urdf = self._urdfs.pop(number, "")
-        told = [evaluation for evaluation in study.evaluations if evaluation.trial == number]
-        if told:
-            study.evaluations[:] = [evaluation for evaluation in study.evaluations if evaluation.trial != number]
+        waiting = self._answers.pop(number, ())
         if trial.state == Trial.COMPLETE and (study.best is None or trial.reach > study.best[0].reach):
             key = (trial.attempt, trial.evaluator)
+            told = [self._decoded(answer) for _, answer in waiting]
             good = [e for e in told if (e.attempt, e.evaluator) == key and is_good(e, study.settings)]
             study.best = (good[0], urdf) if good else study.best

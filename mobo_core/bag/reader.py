@@ -12,12 +12,12 @@ from typing import IO, Any
 from mcap import records
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.stream_reader import StreamReader
 from mcap.writer import MCAP0_MAGIC
 
 from mobo_core.bag.chain import BEGIN_RECORD, END_RECORD, Digest
 from mobo_core.bag.chunks import MAX_CHUNK_BYTES, Budget, DamageError, opened
 from mobo_core.bag.files import Channel, FileSummary, bag_files
+from mobo_core.bag.outer import outer_records
 from mobo_core.bag.writer import STUDY_RECORD
 from mobo_core.errors import InputError
 
@@ -113,8 +113,7 @@ def _entries(file: IO[bytes], content: FileContent) -> Iterator[Entry]:
     digest, budget = Digest(), Budget(content.path)
     # No record is longer than the file: a damaged length shall not fill the memory.
     limit = min(MAX_CHUNK_BYTES, content.path.stat().st_size)
-    reader = StreamReader(file, emit_chunks=True, validate_crcs=True, record_size_limit=limit)
-    for outer in reader.records:
+    for outer in outer_records(file, limit):
         for record in opened(outer, budget):
             if isinstance(record, records.Message):
                 kind, channel = channels[record.channel_id]
@@ -129,7 +128,8 @@ def _entries(file: IO[bytes], content: FileContent) -> Iterator[Entry]:
             elif isinstance(record, records.Header) and record.profile not in ("ros2", ""):
                 raise InputError(f"profile {record.profile!r}", where=str(content.path), expected="a ROS 2 bag")
         content.whole_bytes = file.tell()
-    _check_summary(file, outer)  # the last one is the footer
+    assert isinstance(outer, records.Footer)
+    _check_summary(file, outer)
     content.finished = True
     content.digest = digest.hex()
 

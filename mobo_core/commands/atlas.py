@@ -50,6 +50,9 @@ def add(verbs: Verbs) -> None:
         "-o", "--output", metavar="PATH", help="the file to write, which ends in .parquet; of ask: a folder for URDFs"
     )
     parser.add_argument("--json", action="store_true", help="print as JSON")
+    parser.add_argument(
+        "--searched", action="store_true", help="exit code 1 if an order of use (a tenth of the voxels) got few trials"
+    )
     ask = parser.add_argument_group("wishes")
     ask.add_argument("--order", action="append", metavar="ORDER", help="joint order, such as YPPYPY; may be repeated")
     ask.add_argument("--without", default="", metavar="LETTERS", help="joints that it must not have, such as R")
@@ -82,10 +85,10 @@ def run(args: argparse.Namespace) -> int:
             raise InputError(f"--{name.replace('_', '-')}", where="arguments", expected="mobo atlas ask [FILE] wishes")
     if args.output is None:
         raise InputError("no -o", where="arguments", expected="-o FILE.parquet")
-    return _make([Path(bag) for bag in args.words], Path(args.output), as_json=args.json)
+    return _make([Path(bag) for bag in args.words], Path(args.output), as_json=args.json, searched=args.searched)
 
 
-def _make(bags: Sequence[Path], output: Path, *, as_json: bool) -> int:
+def _make(bags: Sequence[Path], output: Path, *, as_json: bool, searched: bool) -> int:
     from mobo_core.atlas.atlas import atlas_of
     from mobo_core.atlas.file import check_output, write_atlas
     from mobo_core.atlas.reading import read_trials
@@ -111,7 +114,7 @@ def _make(bags: Sequence[Path], output: Path, *, as_json: bool) -> int:
     else:
         print(_title(atlas))
         print(visible(f"{len(atlas)} arms on the fronts of {atlas.about.orders} orders: {output}"))
-    return 0
+    return 1 if searched and _partial(atlas) else 0
 
 
 def _ask(args: argparse.Namespace) -> int:
@@ -123,6 +126,8 @@ def _ask(args: argparse.Namespace) -> int:
         raise InputError(f"{len(files)} files", where="arguments", expected="one atlas")
     if args.top < 1:
         raise InputError(str(args.top), where="--top", expected="1 or more")
+    if args.searched:
+        raise InputError("--searched", where="arguments", expected="mobo atlas BAG… -o FILE.parquet --searched")
     path = Path(files[0]) if files else packaged()
     if path is None:
         raise InputError("this mobo brings no atlas", where="arguments", expected="mobo atlas ask FILE")

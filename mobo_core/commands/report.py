@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import read_bag_argument
+from mobo_core.errors import visible
 
 if TYPE_CHECKING:
+    from mobo_core.atlas.atlas import Atlas
     from mobo_core.report.report import Report
 
 _OTHER_PREFIXES = 6  # shown in the terminal beside the paper's; the page has all
@@ -33,6 +35,9 @@ def add(verbs: Verbs) -> None:
     parser.add_argument(
         "--pin", type=int, nargs="+", default=[], metavar="N", help="trials to evaluate again whatever they are worth"
     )
+    parser.add_argument(
+        "--atlas", metavar="FILE", help="of `mobo atlas`, to say how far a study is from it [the one mobo brings]"
+    )
     parser.set_defaults(run=run)
     parser.more = _pictures
 
@@ -47,8 +52,10 @@ def _pictures() -> str:
 
 def run(args: argparse.Namespace) -> int:
     """Read, write, print."""
+    from mobo_core.atlas.regret import fitting_atlas
     from mobo_core.bag.files import bag_files
     from mobo_core.commands.progress import bar
+    from mobo_core.report.own_atlas import engine_of
     from mobo_core.report.report import PAGE, report_folders, write_index, write_report
 
     output = Path(args.output)
@@ -57,14 +64,25 @@ def run(args: argparse.Namespace) -> int:
     reports = []
     for bag, folder in zip(args.bags, report_folders([Path(bag) for bag in args.bags], output), strict=True):
         study = read_bag_argument(bag)
+        atlas, why = fitting_atlas(study.settings, engine_of(study), Path(args.atlas) if args.atlas else None)
         with bar(f"report of {study.name}"[:60]) as progress:
-            reports.append(write_report(study, folder, progress, bag=bag, pinned=args.pin))
+            reports.append(
+                write_report(study, folder, progress, bag=bag, pinned=args.pin, atlas=atlas, no_atlas=why)
+            )
         _print(reports[-1])
+        print(visible(f"atlas      {_against(reports[-1], atlas) if atlas is not None else why}"))
     if len(reports) > 1:
         print(f"\nall pages  {write_index(reports, output)}")
     else:
         print(f"page       {output / PAGE}")
     return 0
+
+
+def _against(report: Report, atlas: Atlas) -> str:
+    from mobo_core.atlas.atlas import partial
+
+    few = partial(atlas)
+    return f"{report.regret}, by {atlas.about.trials:,} trials{f' ({few})' if few else ''}"
 
 
 def _print(report: Report) -> None:

@@ -22,11 +22,14 @@ def report(study: StudyRecord | Path | str, folder: Path | str) -> Report:
     Raises:
         InputError: no bag, or not one of a mobo study; a file that cannot be written.
     """
+    from mobo_core.atlas.regret import fitting_atlas
     from mobo_core.bag.collector import read_study
+    from mobo_core.report.own_atlas import engine_of
     from mobo_core.report.report import write_report
 
     recorded = read_study(study) if isinstance(study, Path | str) else study
-    return write_report(recorded, Path(folder))
+    atlas, why = fitting_atlas(recorded.settings, engine_of(recorded))
+    return write_report(recorded, Path(folder), atlas=atlas, no_atlas=why)
 
 
 class _Room(ModuleType):

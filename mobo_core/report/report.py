@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Lock
 
+from mobo_core.atlas.atlas import Atlas
+from mobo_core.atlas.regret import Regret, regret
 from mobo_core.bag.record import StudyRecord
 from mobo_core.outputs import make_folder, write_whole
 from mobo_core.report import reproduce
@@ -19,9 +21,11 @@ from mobo_core.report.figures.registry import FIGURES
 from mobo_core.report.figures.render import render
 from mobo_core.report.joint_torques import held_arms, torque_columns
 from mobo_core.report.names import file_name
+from mobo_core.report.own_atlas import order_columns, own_atlas
 from mobo_core.report.page.claims_section import claims_section
 from mobo_core.report.page.index_page import index_page
 from mobo_core.report.page.markup import GENERATOR
+from mobo_core.report.page.orders import orders_section
 from mobo_core.report.page.study_page import study_page
 from mobo_core.report.prefixes import Group, groups
 from mobo_core.report.table import StudyTable, study_table
@@ -41,12 +45,14 @@ class Report:
         study: what it is of.
         table: the trials.
         groups: of arms by prefix: the paper's, and the others by falling best reach.
+        regret: how far it is from an atlas; None if it was compared with none.
     """
 
     folder: Path
     study: StudyRecord
     table: StudyTable
     groups: list[Group]
+    regret: Regret | None = None
 
 
 def write_report(
@@ -56,6 +62,8 @@ def write_report(
     *,
     bag: str = "",
     pinned: Collection[int] = (),
+    atlas: Atlas | None = None,
+    no_atlas: str = "",
 ) -> Report:
     """Write the report of one study into ``folder``; the same study gives the same files, to the byte.
 
@@ -65,12 +73,15 @@ def write_report(
         progress: called with (done, in all): arms evaluated again for their joints' torques, and pictures.
         bag: as the page's commands name it; by default the study's path.
         pinned: trials to evaluate again whatever they are worth.
+        atlas: to compare the study with, of the same question (see :func:`mobo_core.atlas.regret.fitting_atlas`).
+        no_atlas: why there is none, for the page.
 
     Raises:
         InputError: a file cannot be written.
     """
     table = study_table(study)
-    report = Report(folder, study, table, groups(table))
+    own = own_atlas(study, table)
+    report = Report(folder, study, table, groups(table), regret(own, atlas) if atlas is not None else None)
     make_folder(folder)
     parts = _Parts(progress)
     # The kernel computes while the pictures are drawn.
@@ -82,6 +93,7 @@ def write_report(
         "front": table_columns(table.front, table.n_joints, FRONT_COLUMNS),
         "trials": table_columns(table.rows, table.n_joints),
         "joint_torques": torque_columns(arms),
+        "atlas_orders": order_columns(own, report.regret),
     }
     files: dict[str, bytes | str] = {}
     for figure in figures:
@@ -89,9 +101,11 @@ def write_report(
         files |= figure.files
     files |= _table_files(tables)
     files |= reproduce.files(study.settings)
+    orders = [*orders_section(study, table, tables["atlas_orders"], atlas, report.regret, no_atlas)]
     files[PAGE] = study_page(
-        study, table, report.groups, figures, arms, bag=bag or str(study.path), files=sorted(set(files) - {PAGE})
-    )
+        study, table, report.groups, figures, arms, bag=bag or str(study.path), files=sorted(set(files) - {PAGE}),
+        orders=orders,
+    )  # fmt: skip
     _clear(folder, files)
     for name, content in files.items():
         write_whole(folder / name, content)

@@ -15,6 +15,7 @@ from mobo_core.errors import InputError
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.search.front import Aims, aims_of
+from mobo_core.search.recalled import recalled
 from mobo_core.search.samplers.registry import SAMPLERS, sampler_names
 from mobo_core.search.samplers.sampler import Task
 from mobo_core.settings import Listed, Settings
@@ -176,16 +177,16 @@ class OrderedStudy:
         number = len(self._asked)
         self._catch_up(number)
         space = self.settings.space
-        recalled = frozen_trial(space, params, f"params_json of trial {number}")
-        asked = Asked(number, space.design(params), params)
+        design, trial = recalled(space, params, f"params_json of trial {number}")
+        asked = Asked(number, design, params)
         if self._stateful:
             self._optuna.sampler = self._sampler(number)
             self._optuna.enqueue_trial(params)
-            trial = self._optuna.ask()
-            _ = trial.relative_params  # has the sampler draw, in vain but for its notes
-            space.suggest(trial)
+            again = self._optuna.ask()
+            _ = again.relative_params  # has the sampler draw, in vain but for its notes
+            space.suggest(again)
         else:
-            self._optuna.add_trial(recalled)
+            self._optuna.add_trial(trial)
         self._asked.append(asked)
         return asked
 

@@ -33,6 +33,7 @@ def study_page(
     *,
     bag: str = "",
     files: Sequence[str] = (),
+    orders: Sequence[str] = (),
 ) -> str:
     """Return the page of one study.
 
@@ -44,6 +45,7 @@ def study_page(
         arms: those evaluated again for the torques of their joints.
         bag: as commands name it.
         files: names of the files beside it.
+        orders: HTML of the part on how well each order is known.
     """
     data = elements(study, table, arms, bag)
     views = [one for one in figures if one.figure.view is not None] if data else []
@@ -61,6 +63,7 @@ def study_page(
         '<p class="note" id="pinnote">Pin a second arm to compare.</p><div id="pins"></div></section>',
         *(_figure(one, bool(data)) for one in figures if one.figure.heading),
         markup.section("prefixes", "Best arm of each prefix", [prefix_table(found(groups), table), _PREFIX_NOTE]),
+        *orders,
         *torques_section(arms, table.n_joints),
         *failed_section(table),
         *_provenance(study, table),
