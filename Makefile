@@ -13,7 +13,7 @@ export PYTHON TRIALS WARM ATLAS_TRIALS ATLAS_BAG ATLAS_FILE
 # Tests stay on this machine, and leave nothing in /dev/shm when they kill a node.
 TEST_ENV := ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST FASTDDS_BUILTIN_TRANSPORTS=UDPv4
 
-.PHONY: help setup check test test-faults coverage docs demo atlas lint build clean
+.PHONY: help setup check test test-faults coverage docs demo arms atlas lint build clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -45,6 +45,9 @@ demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, 
 
 atlas: setup ## setup, then the study of 250,000 trials behind the atlas that mobo brings; goes on where it stopped
 	@.ci/atlas.sh
+
+arms: setup ## setup, then the catalogue's real arms evaluated, and a page with all of them in build/arms/
+	@.ci/in-env mobo arms evaluate -o build/arms
 
 lint: ## ruff, mypy and import contracts (after setup)
 	@.venv/bin/ruff check .

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from optuna.trial import FixedTrial
 
 from mobo_core.design import Design, DesignSpace, effective_joints
-from mobo_core.design.catalogue import CATALOGUE, known_arms
 from mobo_core.design.joints import count_orders, effective_orders
 from mobo_core.errors import InputError
 
@@ -280,16 +279,6 @@ def test_unreadable_spaces(tmp_path: Path) -> None:
         with pytest.raises(InputError) as error:
             DesignSpace.from_yaml(path)
         one_line(error, str(path), "YAML")
-
-
-def test_known_arms() -> None:
-    """The catalogue holds effective orders only, and finds arms by whole orders or, where short, by prefix."""
-    assert all(effective_joints(known.joints) == known.joints for known in CATALOGUE)
-    assert "xArm 6" in known_arms("YPPYPY")
-    assert known_arms("YPRPPPP") == known_arms("YPRPYPR") == ["Cyton Gamma"]
-    assert known_arms("PRRYPY") == []
-    assert known_arms("YPYPYP") == []
-    assert known_arms("YPYPYPRP") == []
 
 
 def test_lengths_are_added_one_after_the_other() -> None:

@@ -245,8 +245,11 @@ def test_angles_of_any_rotation() -> None:
         assert np.abs(turned - pin.rpy.rpyToMatrix(0.4, pitch, -1.1)).max() < 1e-15
 
 
-def test_pairs_by_srdf_and_neighbours(found: Path, tmp_path: Path) -> None:
+def test_pairs_by_srdf_and_neighbours(tmp_path: Path) -> None:
     """An SRDF says which links may touch, and all others may not; so do neighbours."""
+    found = tmp_path / "tubes.urdf"
+    tube = '<sphere radius="0.05"/>'
+    found.write_text(re.sub('<mesh filename=".*?"/>|<box size=".*?"/>', tube, FOUND))
     srdf = tmp_path / "found.srdf"
     srdf.write_text('<robot name="found"><disable_collisions link1="lower" link2="left" reason="Never"/></robot>')
 

@@ -22,6 +22,7 @@ from mobo_core.arms.robot import Joint, Robot, read_robot
 from mobo_core.arms.srdf import Pairs, read_srdf
 from mobo_core.arms.tips import find_tip
 from mobo_core.errors import InputError
+from mobo_core.evaluation.capsules import listed_pairs
 from mobo_core.evaluation.chain import chain_from_urdf, rest_pairs
 from mobo_core.evaluation.urdf import check_urdf
 from mobo_core.evaluation.urdf_xml import parse, text
@@ -99,19 +100,23 @@ def read_arm(
         apart = _neighbours(way, at, homes, list(fitted))
     urdf = _plain(robot, way, at, homes, fitted, apart)
     if apart is not None:
-        robot.notes += touching(urdf, found)
+        touching = sorted(" and ".join(sorted(pair)) for pair in _touching(urdf, found))
+        if touching:
+            what = "with all joints nearest zero, links that must not touch do"
+            robot.notes.append(f"{what}: {', '.join(touching[:4])}")
+    elif any(each.fitted for each in fitted.values()):
+        # By whole links: several capsules of one are no finer than its neighbours' fit.
+        urdf = _plain(robot, way, at, homes, fitted, _touching(urdf, found))
     return ReadArm(urdf, found, tuple(robot.notes), at, fitted)
 
 
-def touching(urdf: str, tip: str) -> list[str]:
-    """Return a note if links that must not touch do so with all joints nearest zero."""
+def _touching(urdf: str, tip: str) -> Pairs:
+    """Return the links, of those that may collide, that touch with all joints nearest zero."""
     chain, checked = chain_from_urdf(urdf, tip), check_urdf(urdf)
     apart = {(int(i), int(j)) for i, j in rest_pairs(chain)}
     names = [shape.name for shape in checked.shapes]
-    pairs = {" and ".join((names[i], names[j])) for i, j in chain.pairs.tolist() if (i, j) not in apart}
-    if not pairs:
-        return []
-    return [f"with all joints nearest zero, links that must not touch do: {', '.join(sorted(pairs)[:4])}"]
+    looked_at = listed_pairs(chain.capsule_joint, names, set()) if checked.apart is None else chain.pairs
+    return {frozenset((names[i], names[j])) for i, j in looked_at.tolist() if (i, j) not in apart}
 
 
 def _held(robot: Robot, way: list[Joint], given: Mapping[str, float]) -> dict[str, float]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mobo_core.commands.arms import add_arm_arguments, arm_urdf, refuse_arm
+from mobo_core.commands.arm_arguments import add_arm_arguments, arm_urdf, refuse_arm
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.real_arm import add_file_arguments, read_file_argument, refuse_file_arguments
 from mobo_core.commands.results import Recorded, print_read, print_result

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from mobo_core.commands import export_optuna
-from mobo_core.commands.arms import add_arm_arguments, arm_urdf, refuse_arm
+from mobo_core.commands.arm_arguments import add_arm_arguments, arm_urdf, refuse_arm
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import candidate_argument, read_bag_argument
 from mobo_core.errors import InputError

@@ -9,9 +9,9 @@ from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from mobo_core.arms.catalogue import known_arms
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.validity import values_of
-from mobo_core.design.catalogue import known_arms
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.frames import data_frame
 from mobo_core.messages import Trial

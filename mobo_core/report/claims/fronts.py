@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from mobo_core.design.catalogue import known_arms
+from mobo_core.arms.catalogue import known_arms
 from mobo_core.report.claims.claim import Claim, Pair, missing, paper_prefixes
 from mobo_core.report.claims.evidence import Arm, Array, Evidence
 from mobo_core.report.claims.noise import compared, draws, interval_of, judged, named

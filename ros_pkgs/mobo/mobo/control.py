@@ -15,7 +15,7 @@ from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Trigger
 
 from mobo.runtime import run
-from mobo_core.commands.arms import parse_lengths
+from mobo_core.commands.arm_arguments import parse_lengths
 from mobo_core.coordination.stop import Stop
 from mobo_core.design.joints import joint_letters
 from mobo_core.errors import InputError, StudyError
