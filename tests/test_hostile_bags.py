@@ -173,6 +173,17 @@ def test_chunks_that_hold_more_than_a_bag_can_fill_no_memory(tmp_path: Path, mak
         tracemalloc.stop()
 
 
+def test_a_file_of_thousands_of_topics_is_refused(tmp_path: Path) -> None:
+    """Each is described, and looked at."""
+    builder = RecordBuilder()
+    for number in range(20_000):
+        Channel(id=number + 1, topic=f"/x{number}", message_encoding="cdr", metadata={}, schema_id=0).write(builder)
+    data = builder.end()
+    bag = crafted(tmp_path / "bag", chunk_of(data, "", data, len(data)))
+    with pytest.raises(InputError, match="more than 1,000 topics; expected as much as"):
+        read_study(bag)
+
+
 def test_whether_a_bag_can_be_written_is_known_at_once(tmp_path: Path) -> None:
     """Before anything starts, and without leaving anything behind."""
     check_writable(tmp_path / "a" / "b")

@@ -24,6 +24,7 @@ from mobo_core.errors import InputError
 # A record begins with its opcode and its length. The file ends with the footer's record (two offsets and
 # their CRC) and the magic bytes.
 _HEAD = struct.Struct("<BQ")
+_MAX_CHANNELS = 1000  # a study has six topics; the description of each is looked at
 _FOOTER_BYTES, _AFTER_CRC_BYTES = _HEAD.size + 8 + 8 + 4 + 8, 4 + 8
 
 
@@ -122,6 +123,8 @@ def _entries(file: IO[bytes], content: FileContent) -> Iterator[Entry]:
             elif isinstance(record, records.Schema):
                 schemas[record.id] = record
             elif isinstance(record, records.Channel):
+                if len(channels) >= _MAX_CHANNELS:
+                    raise budget.refusal(f"more than {_MAX_CHANNELS:,} topics")
                 channels[record.id] = _channel(record, schemas.get(record.schema_id))
             elif isinstance(record, records.Metadata):
                 _take_metadata(content, record.name, dict(record.metadata), digest)
