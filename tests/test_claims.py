@@ -23,6 +23,7 @@ from mobo_core.report.claims.evidence import Arm, Evidence, Maps, of_study
 from mobo_core.report.claims.fair import of_atlas
 from mobo_core.report.claims.verdict import INCONCLUSIVE, NOT_REPRODUCED, REPRODUCED, Checked, Outcome
 from mobo_core.report.claims.voxels import spearman
+from mobo_core.report.compare.summary import summary_of
 from mobo_core.report.figures.claims import FIGURE as CLAIMS_FIGURE
 from mobo_core.report.report import Report, write_index
 from mobo_core.report.table import study_table
@@ -176,6 +177,23 @@ def test_swapped_torques_of_the_two_best_turn_c2_in_a_study() -> None:
     assert found == [REPRODUCED, NOT_REPRODUCED]
 
 
+def test_arms_that_cannot_be_count_for_nothing() -> None:
+    """Names that are no joint orders, reach beyond the voxels, torque beyond measure: nothing changes."""
+    study = made({joints: kind for joints, kind in six().items() if joints[:4] in ("PRRY", "YPPY", "RPYP")})
+    before = of_study(study, study_table(study))
+    odd = [("\x1b[31m<b>", 60.0, 1.0), ("PRRYP\n", 60.0, 1.0), ("YPPYPY", 1e300, 0.0), ("YPPYPY", 60.0, -1e300),
+           ("YPPYPY", 70.0, 1e300), ("P" * 4000, 60.0, 1.0), ("", 60.0, 1.0)]  # fmt: skip
+    for joints, reach, torque in odd:
+        trial = len(study.trials)
+        study.candidates.append(Candidate(trial=trial, attempt=1, evaluator="e", joints=joints, sampled_joints=joints))
+        study.trials[trial] = Trial(trial=trial, attempt=1, evaluator="e", reach=reach, torque=torque)
+    delattr(study, "_first")
+    after = of_study(study, study_table(study))
+    assert after.arms == before.arms
+    compared_with = summary_of(study, "s")
+    assert max(reach for reach, _ in compared_with.front) <= 75 and 0 < compared_with.volume < 1
+
+
 @pytest.mark.parametrize(("claim", "prefix"), [("C1", "YPPYPY"), ("C5", "RPYPYP"), ("C7", "YPPPYP"), ("C6", "YPPYPY")])
 def test_what_was_hardly_searched_is_not_worse(claim: str, prefix: str) -> None:
     """With few trials, or a best that still rises, of the prefix that would have to be the worse one."""
@@ -212,11 +230,15 @@ def of_claim(name: str, six_joints: Evidence) -> Outcome:
 
 def test_claims_that_evaluate_turn_with_space_and_spec() -> None:
     """C3 on a base that leans; C15 where gravity pulls sideways; C16 where it is weak; C17 where arms are exchanged."""
-    upright = evaluated("PRRYPY", "YPPYPY")
-    sideways = evaluated("PRRYPY", "YPPYPY", QUICK_SPEC.model_copy(update={"gravity": (0.0, -9.81, 0.0)}))
-    weak = evaluated("PRRYPY", "YPPYPY", QUICK_SPEC.model_copy(update={"gravity": (0.0, 0.0, -3.0)}))
-    for name, otherwise in (("C3", evaluated("PRRYPY", "YPPYPY", base_tilt=0.6)), ("C15", sideways), ("C16", weak)):
-        assert (name, of_claim(name, upright).verdict) == (name, REPRODUCED)
+    few = QUICK_SPEC.model_copy(update={"poses_per_voxel": 3})
+    sideways, weak = (few.model_copy(update={"gravity": gravity}) for gravity in ((0.0, -9.81, 0.0), (0.0, 0.0, -3.0)))
+    upright, coarse = evaluated("PRRYPY", "YPPYPY"), evaluated("PRRYPY", "YPPYPY", few)
+    for name, good, otherwise in (
+        ("C3", upright, evaluated("PRRYPY", "YPPYPY", base_tilt=0.6)),
+        ("C15", coarse, evaluated("PRRYPY", "YPPYPY", sideways)),
+        ("C16", coarse, evaluated("PRRYPY", "YPPYPY", weak)),
+    ):
+        assert (name, of_claim(name, good).verdict) == (name, REPRODUCED)
         assert (name, of_claim(name, otherwise).verdict) == (name, NOT_REPRODUCED)
     assert of_claim("C17", upright).verdict == REPRODUCED
     assert of_claim("C17", evaluated("YPPYPY", "PRRYPY")).verdict == NOT_REPRODUCED
@@ -241,14 +263,14 @@ def test_the_command_on_bags(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_an_atlas_gives_second_verdicts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Of claims that it can speak of; what it holds decides, and how far its orders were searched."""
-    atlas = tmp_path / "six.parquet"
-    assert mobo("atlas", SAMPLES / "paper_6", "-o", atlas) == 0
-    found = mobo_json(capsys, "claims", SAMPLES / "paper_6", "--atlas", atlas, "--json")
+    atlas = tmp_path / "seven.parquet"
+    assert mobo("atlas", SAMPLES / "mobo_7", "-o", atlas) == 0
+    found = mobo_json(capsys, "claims", SAMPLES / "mobo_7", "--atlas", atlas, "--json")
     assert all(set(one["fair"]) == {"verdict", "margin", "interval"} for one in found)
-    assert mobo("claims", SAMPLES / "paper_6", "--atlas", atlas, atlas) == 2
+    assert mobo("claims", SAMPLES / "mobo_7", "--atlas", atlas, atlas) == 2
     assert "expected one atlas of 6 joints" in capsys.readouterr().err
     made_of = read_atlas(atlas)
-    for trials, prefixes in ((1000, 6), (10, 0)):
+    for trials, prefixes in ((1000, 3), (10, 0)):
         counts = np.full(len(made_of), trials)
         gains = np.full(len(made_of), 0.5)
         of = of_atlas(dataclasses.replace(made_of, trials_of_order=counts, expected_gain=gains))

@@ -27,7 +27,7 @@ def bags(tmp_path_factory: pytest.TempPathFactory) -> Bags:
         "wide": {"space": {"joint_limit": 4.0}},
         "fine": {"spec": {"poses_per_voxel": 7}},
     }
-    return [run_study(folder / name, 12, settings=QUICK | other) for name, other in others.items()]
+    return [run_study(folder / name, 6, settings=QUICK | other) for name, other in others.items()]
 
 
 def front(chance: random.Random) -> list[tuple[float, float]]:
@@ -62,7 +62,7 @@ def test_what_differs_and_what_belongs_together(bags: Bags, capsys: pytest.Captu
     assert found["groups"][1]["interval"] is None
     for one in found["studies"]:
         assert one["interval"][0] <= one["hypervolume"] <= one["interval"][1]
-        assert one["hypervolume_at_least_trials"] == one["hypervolume"] and one["least_trials"] == 12
+        assert one["hypervolume_at_least_trials"] == one["hypervolume"] and one["least_trials"] == 6
     assert mobo("compare", *bags) == 0
     told = capsys.readouterr()
     assert "values must not be compared: spec.poses_per_voxel differs" in told.err and "invented" in told.err

@@ -77,7 +77,7 @@ def _comparison(bags: list[str]) -> Comparison:
     summaries = []
     for bag, label in zip(bags, names, strict=True):
         summary = summary_of(read_bag_argument(bag), visible(label))
-        if not summary.table.complete:
+        if summary.best is None:
             raise InputError("no complete trial", where=bag, expected="a study with at least one arm evaluated")
         summaries.append(summary)
     return Comparison(tuple(summaries))

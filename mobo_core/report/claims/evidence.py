@@ -14,6 +14,7 @@ from mobo_core.design import DesignSpace
 from mobo_core.design.joints import count_built
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.prefixes import PREFIX_LENGTH
+from mobo_core.report.row import Row
 from mobo_core.report.table import REACH_FLOOR_SHARE, StudyTable
 from mobo_core.search.front import aims_of, pareto_front
 from mobo_core.search.mirror import swapped
@@ -28,6 +29,7 @@ Maps = tuple[Array, Array, Array]
 STEP = 2.0
 # Trials of a prefix below which it was hardly searched, whatever the study's length.
 FEWEST_TRIALS = 100
+_MOST_TORQUE = 1e9  # N m
 # Of its best reach: orders of a prefix that reach so much have to be known, in an atlas.
 NEARLY = 0.8
 
@@ -182,10 +184,18 @@ class Evidence:
         return self._urdf(arm)
 
 
+def sound(row: Row, n_joints: int, n_voxels: int) -> bool:
+    """Return whether a trial's arm and values can be: a bag may claim anything."""
+    letters = len(row.joints) == n_joints and row.joints.isascii() and row.joints.isalpha() and row.joints.isupper()
+    return letters and 0.0 <= row.reach <= n_voxels and 0.0 <= row.torque <= _MOST_TORQUE
+
+
 def of_study(study: StudyRecord, table: StudyTable) -> Evidence:
-    """Return the complete trials of a study as evidence."""
+    """Return the complete trials of a study as evidence; those whose arm or values cannot be are left out."""
     arms = [
-        Arm(row.joints, row.lengths, row.reach, row.torque, row.trial) for row in table.complete if row.joints
+        Arm(row.joints, row.lengths, row.reach, row.torque, row.trial)
+        for row in table.complete
+        if sound(row, table.n_joints, table.n_voxels)
     ]
 
     def maps(arm: Arm) -> Maps | None:

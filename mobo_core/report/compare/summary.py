@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from mobo_core.bag.record import StudyRecord
-from mobo_core.report.claims.evidence import of_study
+from mobo_core.report.claims.evidence import of_study, sound
 from mobo_core.report.row import Row
 from mobo_core.report.table import StudyTable, study_table
 from mobo_core.report.uncertainty import RESAMPLES, near_front, standard_errors
@@ -75,16 +75,24 @@ class Summary:
         n = len(self.table.rows)
         return [self.volume_at(round(n * (i + 1) / 50)) for i in range(50)] if n else []
 
+    @cached_property
+    def _sound(self) -> list[Row]:
+        return [row for row in self.table.complete if sound(row, self.table.n_joints, self.table.n_voxels)]
+
+    def _after(self, n_trials: int) -> float:
+        """Return the number of the trial after the first ones."""
+        return self.table.rows[n_trials].trial if n_trials < len(self.table.rows) else math.inf
+
     def volume_at(self, n_trials: int) -> float:
         """Return the hypervolume of the first trials."""
-        rows = [(row.reach, row.torque) for row in self.table.rows[:n_trials] if row.complete]
+        rows = [(row.reach, row.torque) for row in self._sound if row.trial < self._after(n_trials)]
         return hypervolume(rows, aims_of(COMMON, self.settings.spec))
 
     @property
     def front(self) -> list[tuple[float, float]]:
         """Reach and torque of the front of these two, above the reach floor, by rising reach."""
         found: list[tuple[float, float]] = []
-        for row in sorted(self.table.complete, key=lambda row: (-row.reach, row.torque)):
+        for row in sorted(self._sound, key=lambda row: (-row.reach, row.torque)):
             if row.above_floor and (not found or row.torque < found[-1][1]):
                 found.append((row.reach, row.torque))
         return found[::-1]
@@ -115,8 +123,10 @@ def _volume(study: StudyRecord, table: StudyTable) -> tuple[float, Interval]:
     hypervolumes about their own mean that counts.
     """
     aims = aims_of(COMMON, study.settings.spec)
-    value = hypervolume([(row.reach, row.torque) for row in table.complete], aims)
-    near = near_front(table)
+    complete = [row for row in table.complete if sound(row, table.n_joints, table.n_voxels)]
+    value = hypervolume([(row.reach, row.torque) for row in complete], aims)
+    trials = {row.trial for row in complete}
+    near = [row for row in near_front(table) if row.trial in trials]
     if not near:
         return value, (value, value)
     means = np.array([[row.reach, row.torque] for row in near])
