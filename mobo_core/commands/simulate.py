@@ -65,10 +65,12 @@ def run(args: argparse.Namespace) -> int:
     seeds = trials = 0
     faults: Counter[str] = Counter()
     began = time.monotonic()
-    with bar("simulating") as progress:
+    total_s = int(60 * args.minutes) if args.minutes else 0
+    with bar("seconds of simulating") as progress:
         for outcome in _outcomes(args, kinds):
             seeds, trials, faults = seeds + 1, trials + outcome.told, faults + outcome.faults
-            progress(seeds, seeds + 1)
+            if args.minutes:
+                progress(min(total_s, int(time.monotonic() - began)), total_s)
             if outcome.violation is not None:
                 break
     if outcome.violation is not None:
