@@ -141,12 +141,37 @@ def test_wider_limits_reach_no_less() -> None:
     assert np.all(np.abs(found.q) <= 1.5 * np.pi)
 
 
-@pytest.mark.parametrize("rules", [1, 2])
+EFFORT = {1: {"restarts": 31, "iterations": 10}, 2: {"restarts": 63, "iterations": 12}, 3: {}}
+
+
+@pytest.mark.parametrize("rules", EFFORT)
 def test_rules(rules: int) -> None:
-    """Rules 1 need more iterations than 2; both reach most of what the other does; neither depends on threads."""
-    effort = {1: {"restarts": 31, "iterations": 10}, 2: {}}[rules]
-    spec = FEW.model_copy(update={"rules": rules, "poses_per_voxel": 3, **effort})
+    """Rules 1 need more iterations than later ones; all reach what is asked here; none depends on threads."""
+    spec = FEW.model_copy(update={"rules": rules, "poses_per_voxel": 3, **EFFORT[rules]})
     one, three = (evaluate(uneven(0.75 * np.pi), spec, threads=threads, configurations=True) for threads in (1, 3))
     assert one.configurations.q.tobytes() == three.configurations.q.tobytes()
     assert one.reach > 1
     assert (one.iterations > 100 * 225) == (rules == 1)
+
+
+@pytest.mark.parametrize(
+    ("rules", "six", "seven"),
+    [
+        (
+            1,
+            (55.333333333333336, 327.2393136796084, 3785, 19773),
+            (4.166666666666666, 57.63410817896067, 13120, 57680),
+        ),
+        (
+            2,
+            (55.333333333333336, 327.3830473976164, 4258, 25038),
+            (6.333333333333333, 77.28853731704731, 3949, 12361),
+        ),
+    ],
+)
+def test_rules_of_older_bags_keep_their_bits(rules: int, six: tuple[float, ...], seven: tuple[float, ...]) -> None:
+    """What rules 1 and 2 gave when bags were recorded by them."""
+    spec = FEW.model_copy(update={"rules": rules, **EFFORT[rules]})
+    for arm, known in ((urdf("PRRYPY"), six), (uneven(1.5 * np.pi), seven)):
+        result = evaluate(arm, spec)
+        assert (result.reach, result.torque, result.attempts, result.iterations) == known

@@ -70,13 +70,13 @@ class Answering:
         if self.engine == "simulated":
             return Abilities()
         from mobo_core.evaluation import evaluate  # noqa: F401
-        from mobo_core.evaluation.kernel import CACHE
         from mobo_core.evaluation.kernel.load import kernel
+        from mobo_core.evaluation.kernel_sources import kernel_hash
         from mobo_core.evaluation.objectives import OBJECTIVES
 
         kernel()
         np.ones((64, 64)) @ np.ones((64, 64))  # BLAS takes its memory at its first product, or ends the process
-        return Abilities(CACHE.source_hash(), tuple(OBJECTIVES))
+        return Abilities(kernel_hash(), tuple(OBJECTIVES))
 
     def answer(self, candidate: Candidate) -> Evaluation:
         """Return the Evaluation of a Candidate.

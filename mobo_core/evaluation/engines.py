@@ -9,7 +9,8 @@ import numpy as np
 
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.kernel.arguments import Arm, Outputs, Question, Starts, Table, lane_constants
+from mobo_core.evaluation.effort import effort as effort_of
+from mobo_core.evaluation.kernel.arguments import Arm, Effort, Outputs, Question, Starts, Table, lane_constants
 from mobo_core.evaluation.kernel.load import kernel
 from mobo_core.evaluation.kernel.starts import no_table
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -64,17 +65,22 @@ def kernel_call(
         chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
         chain.capsule_radius, chain.pairs,
     )  # fmt: skip
-    sweep = compiled.evaluate_voxels
     table: Starts | Table = no_table(chain.n)
+    effort: Effort | None = None
     if spec.ik_mode == "complete":
         make = start_table_1 if spec.rules == 1 else start_table_2
         table = make(compiled, chain, constants, spec.seed, threads)
-        sweep = compiled.evaluate_voxels if spec.rules == 1 else compiled.evaluate_voxels_complete
+        if spec.rules > 1:
+            effort = effort_of(spec.rules, chain.n, spec.iterations)
     question = _question(spec, centres, rotations)
 
     def compute(first: int, last: int, out: Outputs) -> None:
         def work(low: int, high: int) -> None:
-            sweep(arm, table, question, low, high, out.part(low - first, high - first))
+            part = out.part(low - first, high - first)
+            if effort is None:
+                compiled.evaluate_voxels(arm, table, question, low, high, part)
+            else:
+                compiled.evaluate_voxels_complete(arm, table, question, effort, low, high, part)
 
         share(work, _parts(first, last, spec.poses_per_voxel, threads), threads)
 

@@ -13,5 +13,6 @@ def kernel_sources() -> list[Path]:
 
 
 def kernel_hash() -> str:
-    """Return a hash of the kernel's sources: equal ones compute the same bits on every x86-64 machine."""
-    return cache.Cache("kernel", kernel_sources()).source_hash()
+    """Return a hash of the kernel's sources and of what it is told: equal ones compute the same bits everywhere."""
+    told = [Path(__file__).with_name(name) for name in ("effort.py", "tables.py")]
+    return cache.Cache("kernel", [*kernel_sources(), *told]).source_hash()

@@ -15,7 +15,7 @@ from mobo_core.settings import Settings
 
 MAX_VOXELS = 1_000_000
 MAX_POSES = 50_000_000
-MOST_RULES = 2
+MOST_RULES = 3
 
 Vector = tuple[float, float, float]
 
@@ -95,7 +95,7 @@ class EvaluationSpec(Settings):
 PRESETS: dict[str, dict[str, object]] = {
     "paper": {},
     "paper_fine": {"voxel_size": 0.1},
-    "mobo": {"ik_mode": "complete", "rules": 2, "restarts": 63, "iterations": 12},
+    "mobo": {"ik_mode": "complete", "rules": 3, "restarts": 303, "iterations": 12},
 }
 # What studies and commands ask where no spec is named. The fields' own defaults stay as older bags mean them.
 DEFAULT_PRESET = "mobo"

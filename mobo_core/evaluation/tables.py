@@ -15,9 +15,10 @@ from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.kernel.arguments import Starts, Table
 from mobo_core.evaluation.kernel.evidence import TURN
 from mobo_core.evaluation.kernel.near import CELLS, codes_of, sort_samples
+from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import GRID, sort_table, unit_samples
 
-# Configurations sampled, by rules.
+# Configurations sampled, by rules; whole numbers of LANES.
 TABLE_SAMPLES = {1: 20_000, 2: 20_000}
 # Starts of a pose differ in some joint by this (rad), or by this share of the range it is sampled in.
 APART, APART_SHARE = 1.0, 0.25
@@ -57,8 +58,9 @@ class _Workspace(threading.local):
     def __init__(self) -> None:
         self._arrays: dict[int, tuple[Starts, Array, NDArray[np.int64]]] = {}
         m = TABLE_SAMPLES[2]
-        self.tips, self.cells, self.order = np.empty((12, m)), np.empty(m, np.int64), np.empty(m, np.int64)
-        self.cell_first, self.poses = np.empty(CELLS**3 + 1, np.int64), np.empty((m, 12), np.float32)
+        self.cells, self.order = np.empty(m, np.int64), np.empty(m, np.int64)
+        self.cell_first = np.empty(CELLS**3 + 1, np.int64)
+        self.unsorted, self.poses = np.empty((m, 12), np.float32), np.empty((m, 12), np.float32)
 
     def arrays(self, n: int) -> tuple[Starts, Array, NDArray[np.int64]]:
         """Return a table, tips (12, m) and cells (m,) for arms of ``n`` joints."""
@@ -95,8 +97,10 @@ def start_table_1(compiled: ModuleType, chain: Chain, constants: Array, seed: in
 @functools.lru_cache(4)
 def _samples(
     seed: int, lower: tuple[float, ...], upper: tuple[float, ...]
-) -> tuple[Array, NDArray[np.int64], Array, Array]:
-    """Return configurations (m, n), their codes, and from where and how far apart; arms of these limits share them.
+) -> tuple[Array, Array, NDArray[np.int64], Array, Array]:
+    """Return configurations (m, n), the same as (m / LANES, n, LANES), their codes, and from where, how far apart.
+
+    Arms of these limits share them.
 
     A joint of more than a full turn is sampled within the turn in the middle of its limits, which holds every angle
     once.
@@ -107,20 +111,22 @@ def _samples(
     q, apart = _unit_samples(seed, len(lower), TABLE_SAMPLES[2]) * span + low, np.minimum(APART, APART_SHARE * span)
     codes = np.empty(len(q), np.int64)
     codes_of(q, low, apart, codes)
-    return q, codes, low, apart
+    in_lanes = np.ascontiguousarray(q.reshape(-1, LANES, len(low)).transpose(0, 2, 1))
+    return q, in_lanes, codes, low, apart
 
 
 def start_table_2(compiled: ModuleType, chain: Chain, constants: Array, seed: int, threads: int) -> Table:
     """Return the arm's table of starts by rules 2. The arrays are this thread's, and the next call's too."""
-    q, codes, lower, apart = _samples(seed, tuple(chain.lower.tolist()), tuple(chain.upper.tolist()))
-    w = _workspace
+    q, in_lanes, codes, lower, apart = _samples(seed, tuple(chain.lower.tolist()), tuple(chain.upper.tolist()))
+    w, (x, y, z), radius = _workspace, chain.placement_p[0].tolist(), chain.reach_radius
+    # This thread's arrays, for the others too.
+    cells, unsorted = w.cells, w.unsorted
 
     def place(low: int, high: int) -> None:
-        compiled.table_tips(constants, q, low, high, tips)
+        compiled.table_places(constants, in_lanes, low, high, x, y, z, radius, cells, unsorted)
 
-    tips = w.tips
-    share(place, _parts(len(q), threads), threads)
-    sort_samples(tips, chain.placement_p[0], chain.reach_radius, w.cells, w.cell_first, w.order, w.poses)
+    share(place, _parts(len(in_lanes), threads), threads)
+    sort_samples(cells, unsorted, w.cell_first, w.order, w.poses)
     return Table(q, codes, w.order, w.cell_first, w.poses, lower, apart)
 
 

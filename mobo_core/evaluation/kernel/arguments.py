@@ -89,6 +89,41 @@ class Table(NamedTuple):
     apart: Floats
 
 
+class Effort(NamedTuple):
+    """What the rules of ``complete`` differ in from number 2 on (see :mod:`mobo_core.evaluation.kernel.evidence`).
+
+    ``given_up``, ``slow`` and ``slow_share``: an attempt is given up if after 1, 2, … iterations its squared error
+    (m^2, by the weight, and rad^2) is above the first, or above the second and above that share of its error one
+    iteration before. A pose is worth ``worth`` attempts where its least error is not below ``evidence``, and
+    ``most_worth`` where it is, or where an attempt ended in self-collision; the first ``near_starts`` start near it,
+    the others blindly, judged as if ``patience`` iterations younger. Once it is reached, ``blind`` attempts from blind
+    starts follow, of up to ``blind_iterations``.
+
+    ``far`` and ``far_worth`` likewise: how many attempts a pose is worth at most by its nearest sample, whose key is
+    in units of ``score_unit``. Where an attempt ended in self-collision a pose is worth ``most_collided`` attempts,
+    ``near_collided`` of them near it; with ``avoid`` they start where the arm is free of collision. ``most_reached`` is
+    after how many attempts the search for the solution of least torque ends.
+    """
+
+    given_up: Floats
+    slow: Floats
+    slow_share: Floats
+    evidence: Floats
+    worth: Ints
+    most_worth: int
+    near_starts: int
+    patience: int
+    blind: int
+    blind_iterations: int
+    far: Floats
+    far_worth: Ints
+    score_unit: float
+    most_collided: int
+    near_collided: int
+    avoid: bool
+    most_reached: int
+
+
 class Question(NamedTuple):
     """What is asked.
 

@@ -84,12 +84,13 @@ def any_pair_collides(capsule_joint, capsule_a, capsule_b, capsule_radius, pairs
 
 
 @compiled
-def any_near_pair_collides(arm, origins, rotations, ends):
+def any_near_pair_collides(
+    capsule_joint, capsule_a, capsule_b, radius, pairs, origins, rotations, ends
+):  # fmt: skip
     """Return what :func:`any_pair_collides` does, leaving out pairs whose middles are too far apart to touch."""
-    place_capsules(arm.capsule_joint, arm.capsule_a, arm.capsule_b, origins, rotations, ends)
-    radius = arm.capsule_radius
-    for k in range(arm.pairs.shape[0]):
-        i, j = arm.pairs[k, 0], arm.pairs[k, 1]
+    place_capsules(capsule_joint, capsule_a, capsule_b, origins, rotations, ends)
+    for k in range(pairs.shape[0]):
+        i, j = pairs[k, 0], pairs[k, 1]
         apart = half_i = half_j = 0.0
         for axis in range(3):
             a0, a1, b0, b1 = ends[i, 0, axis], ends[i, 1, axis], ends[j, 0, axis], ends[j, 1, axis]

@@ -32,7 +32,8 @@ from mobo_core.evaluation.kernel.sweep import *
 
 # What the generated modules hold besides the lanes, in this order.
 _PARTS = (
-    sweep.lane_state, sweep.any_ends, sweep.table_tips, sweep.evaluate_voxels, complete.evaluate_voxels_complete
+    sweep.lane_state, sweep.any_ends, sweep.table_tips, sweep.evaluate_voxels, complete.table_places,
+    complete.evaluate_voxels_complete,
 )  # fmt: skip
 
 

@@ -28,7 +28,8 @@ ROWS = 10
 NEAR, GROWTH, FAR, ENOUGH = 0.08, 1.4, 0.42, 320
 SHRINKING, MOST = 0.8, 2048
 # Scores become whole numbers, of which SCALE are 1, above a sample's number; and the key of a group that is left out.
-SCALE, OUT, SAMPLE = np.float32(1 << 20), np.int64(1 << 62), np.int64((1 << 24) - 1)
+SAMPLE_BITS = 24
+SCALE, OUT, SAMPLE = np.float32(1 << 20), np.int64(1 << 62), np.int64((1 << SAMPLE_BITS) - 1)
 _FAR_OFF = np.float32(1e9)
 # A code holds the angles of up to eight joints, a byte each: configurations are alike if no byte differs by more than
 # 15. Bytes stay below 112, so that with their highest bits set, sums and differences do not run into the next one.
@@ -62,21 +63,17 @@ def codes_of(q, lower, apart, codes):
 
 
 @compiled
-def sort_samples(tips, centre, radius, cells, cell_first, order, poses):
-    """Sort samples by the cell of the grid around ``centre`` (m) that their tip lies in.
+def sort_samples(cells, unsorted, cell_first, order, poses):
+    """Sort samples by their cell of the grid, from what ``table_places`` writes.
 
-    ``tips`` (12, m): rotation row by row, and position in m. Writes ``order`` (m,), the samples by cell; ``poses``
-    (m, 12), the tips in that order; and ``cell_first`` (CELLS^3 + 1,), where each cell begins. ``cells`` (m,) is
-    work space.
+    ``cells`` (m,), ``unsorted`` (m, 12): tip's rotation row by row, and position in m. Writes ``order`` (m,), the
+    samples by cell; ``poses`` (m, 12), the tips in that order; and ``cell_first`` (CELLS^3 + 1,), where each cell
+    begins.
     """
     m = order.shape[0]
     cell_first[:] = 0
     for i in range(m):
-        cell = 0
-        for k in range(3):
-            cell = cell * CELLS + _cell(tips[9 + k, i] - centre[k], radius)
-        cells[i] = cell
-        cell_first[cell + 1] += 1
+        cell_first[cells[i] + 1] += 1
     for cell in range(cell_first.shape[0] - 1):
         cell_first[cell + 1] += cell_first[cell]
     for i in range(m):  # a counting sort, which moves each beginning to the next one's
@@ -84,20 +81,19 @@ def sort_samples(tips, centre, radius, cells, cell_first, order, poses):
         cell_first[cells[i]] = at + 1
         order[at] = i
         for k in range(12):
-            poses[at, k] = tips[k, i]
+            poses[at, k] = unsorted[i, k]
     for cell in range(cell_first.shape[0] - 1, 0, -1):
         cell_first[cell] = cell_first[cell - 1]
     cell_first[0] = 0
 
 
 @compiled
-def _scan(x, y, z, within, centre, radius, table, index):
+def _scan(x, y, z, gx, gy, gz, within, radius, cell_first, poses, index):
     """Write the places of the samples whose tip is ``within`` m of a point into ``index``, and return their number.
 
     It stops where there are more than MOST.
     """
-    gx, gy, gz, size = x - centre[0], y - centre[1], z - centre[2], 2.0 * radius / CELLS
-    cell_first, poses, count = table.cell_first, table.poses, 0
+    size, count = 2.0 * radius / CELLS, 0
     for ix in range(_cell(gx - within, radius), _cell(gx + within, radius) + 1):
         # How far the cells of this column are from the point; those at the rim hold what lies outside, too.
         low = (ix * size - radius) - gx
@@ -122,39 +118,38 @@ def _scan(x, y, z, within, centre, radius, table, index):
 
 
 @compiled
-def gather(point, centre, radius, table, blocks, numbers, codes):
-    """Collect the samples whose tip is near ``point`` (m) in ``blocks`` and return the number of blocks.
+def gather(x, y, z, gx, gy, gz, radius, table_codes, order, cell_first, poses, blocks, numbers, codes):
+    """Collect the samples whose tip is near a point in ``blocks`` and return the number of blocks.
 
+    The point is at x, y, z (m), and at gx, gy, gz from the grid's centre. ``radius`` is the grid's; the rest is of a
+    :class:`mobo_core.evaluation.kernel.arguments.Table`.
     ``blocks`` (flat): ROWS rows of GROUPS numbers each; places that remain in the last one are far away.
     ``numbers`` and ``codes`` get those of the samples.
     """
-    x, y, z = point[0], point[1], point[2]
     weight = POSITION_WEIGHT / (radius * radius)
     within = NEAR * radius
-    count = _scan(x, y, z, within, centre, radius, table, numbers)
+    count = _scan(x, y, z, gx, gy, gz, within, radius, cell_first, poses, numbers)
     while count < ENOUGH and within < FAR * radius:
         within = min(within * (GROWTH if 4 * count > ENOUGH else GROWTH * GROWTH), FAR * radius)
-        count = _scan(x, y, z, within, centre, radius, table, numbers)
+        count = _scan(x, y, z, gx, gy, gz, within, radius, cell_first, poses, numbers)
     while count > MOST and within > 1e-3 * radius:
         within *= SHRINKING
-        count = _scan(x, y, z, within, centre, radius, table, numbers)
+        count = _scan(x, y, z, gx, gy, gz, within, radius, cell_first, poses, numbers)
     count = min(count, MOST)
     n_blocks = (count + GROUPS - 1) // GROUPS
-    for b in range(n_blocks):
-        for j in range(GROUPS):
-            at = b * (ROWS * GROUPS) + j
-            if b * GROUPS + j < count:
-                i = numbers[b * GROUPS + j]
-                dx, dy, dz = table.poses[i, 9] - x, table.poses[i, 10] - y, table.poses[i, 11] - z
-                for k in range(9):
-                    blocks[at + k * GROUPS] = table.poses[i, k]
-                blocks[at + 9 * GROUPS] = weight * (dx * dx + dy * dy + dz * dz)
-                numbers[b * GROUPS + j] = table.order[i]
-                codes[b * GROUPS + j] = table.codes[table.order[i]]
-            else:
-                for k in range(9):
-                    blocks[at + k * GROUPS] = np.float32(0.0)
-                blocks[at + 9 * GROUPS] = _FAR_OFF
+    for at in range(count):
+        i, place = numbers[at], (at // GROUPS) * (ROWS * GROUPS) + at % GROUPS
+        dx, dy, dz = poses[i, 9] - x, poses[i, 10] - y, poses[i, 11] - z
+        for k in range(9):
+            blocks[place + k * GROUPS] = poses[i, k]
+        blocks[place + 9 * GROUPS] = weight * (dx * dx + dy * dy + dz * dz)
+        numbers[at] = order[i]
+        codes[at] = table_codes[order[i]]
+    for at in range(count, n_blocks * GROUPS):
+        place = (at // GROUPS) * (ROWS * GROUPS) + at % GROUPS
+        for k in range(9):
+            blocks[place + k * GROUPS] = np.float32(0.0)
+        blocks[place + 9 * GROUPS] = _FAR_OFF
     return n_blocks
 
 
@@ -188,7 +183,7 @@ def best_of_groups(blocks, n_blocks, target_r, numbers, codes, lane, keys, group
     for j in range(GROUPS):
         i = int(best[GROUPS + j]) * GROUPS + j
         score = max((best[j] + np.float32(3.0)) * SCALE, np.float32(0.0))
-        keys[lane, j] = (np.int64(score) << 24) | numbers[i] if best[j] < _FAR_OFF else OUT
+        keys[lane, j] = (np.int64(score) << SAMPLE_BITS) | numbers[i] if best[j] < _FAR_OFF else OUT
         group_codes[lane, j] = codes[i]
 
 

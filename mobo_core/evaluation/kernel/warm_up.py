@@ -6,8 +6,9 @@ from types import ModuleType
 
 import numpy as np
 
-from mobo_core.evaluation.kernel.arguments import Arm, Outputs, Question, Table
+from mobo_core.evaluation.kernel.arguments import Arm, Effort, Outputs, Question, Table
 from mobo_core.evaluation.kernel.near import CELLS, codes_of, sort_samples
+from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_samples
 
 
@@ -30,5 +31,8 @@ def run(module: ModuleType, n: int) -> None:
     poses_near, first = np.zeros((1, 12), np.float32), np.zeros(CELLS**3 + 1, np.int64)
     near = Table(samples, none.copy(), none.copy(), first, poses_near, -one, one)
     codes_of(samples, near.lower, near.apart, near.codes)
-    sort_samples(tips, np.zeros(3), 1.0, none.copy(), near.cell_first, near.order, near.poses)
-    module.evaluate_voxels_complete(arm, near, question, 0, 1, Outputs.empty(1, 1, n))
+    cells, places = np.zeros(LANES, np.int64), np.zeros((LANES, 12), np.float32)
+    module.table_places(constants, np.zeros((1, n, LANES)), 0, 1, 0.0, 0.0, 0.0, 1.0, cells, places)
+    sort_samples(cells, places, near.cell_first, near.order, near.poses)
+    effort = Effort(one, one, one, one, none, 1, 1, 1, 1, 1, one, none, 1.0, 1, 1, True, 1)
+    module.evaluate_voxels_complete(arm, near, question, effort, 0, 1, Outputs.empty(1, 1, n))
