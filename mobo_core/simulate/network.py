@@ -44,7 +44,7 @@ class Network:
 
     def __init__(self, world: World) -> None:
         self.weather = Weather()
-        self._world = world
+        self._world, self._random = world, world.chance("network")
         self._takers: dict[str, list[tuple[Process, Callable[[bytes], None]]]] = {}
         self._latched: dict[Process, deque[bytes]] = {}
 
@@ -73,7 +73,7 @@ class Network:
         return (one.host in self.weather.cut) == (other.host in self.weather.cut)
 
     def _send(self, sender: Process, process: Process, take: Callable[[bytes], None], data: bytes) -> None:
-        weather, random = self.weather, self._world.random
+        weather, random = self.weather, self._random
         if not self.reaches(sender, process) or (weather.loss and random.random() < weather.loss):
             return
         for _ in range(2 if weather.twice and random.random() < weather.twice else 1):

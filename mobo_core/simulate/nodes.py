@@ -268,7 +268,7 @@ class EvaluatorNode(Process):
         network.subscribe(self, "candidates", self.evaluator.on_candidate)
         network.subscribe(self, "trials", self.evaluator.on_trial)
         self.every(0.5, self.evaluator.collect, first=0.5)
-        self.every(HEARTBEAT_S, self.evaluator.beat, first=world.random.random())
+        self.every(HEARTBEAT_S, self.evaluator.beat, first=self.workers.random.random())
 
     def _publish(self, topic: str, data: bytes) -> None:
         if topic == "evaluators" and (self._engine != "simulated" or self._version):

@@ -61,7 +61,7 @@ class Simulation:
         self.plan, self.folder = plan, folder
         self.world = World(plan.seed)
         self.network = Network(self.world)
-        self.disk = Disk(self.world.random)
+        self.disk = Disk(self.world.chance("disk"))
         self.manners = [Manners() for _ in plan.workers]
         self.others: list[Process] = []  # that belong to no study of ours
         self.faults: Counter[str] = Counter()
@@ -171,7 +171,7 @@ class Simulation:
         settings = options.settings()
         witness = Witness(folder, settings, oracle_of(settings, alone=False))
         return OptimizerNode(
-            self.world, name, host, next(self._pids), self.network, Disk(self.world.random), options, witness,
+            self.world, name, host, next(self._pids), self.network, Disk(self.world.chance(name)), options, witness,
             self._holders, self._locks,
         )  # fmt: skip
 

@@ -16,7 +16,7 @@ from mobo_core.simulate.world import Process, World
 class Stranger(Process):
     """Listens to all, and sends what no evaluator would.
 
-    What it never does is to answer in an evaluator's name what that one was sent, with values that add up: nobody
+    What it never does is to answer what was sent, in the name of whom it was sent to, with values that add up: nobody
     could tell but by evaluating again, as ``mobo verify`` does.
 
     Args:
@@ -26,7 +26,8 @@ class Stranger(Process):
 
     def __init__(self, world: World, name: str, host: str, network: Network) -> None:
         super().__init__(world, name, host)
-        self._network = network
+        self._network, self._random = network, world.chance(name)
+        self._joins = self._random.random() < 0.5  # as an evaluator; then it answers nothing in its own name
         self._candidates: deque[Candidate] = deque(maxlen=30)
         self._answers: deque[bytes] = deque(maxlen=30)
         network.subscribe(self, "candidates", lambda data: self._candidates.append(decode(Candidate, data)))
@@ -34,7 +35,7 @@ class Stranger(Process):
         self.every(0.25, self._talk)
 
     def _talk(self) -> None:
-        random, kind = self.world.random, self.world.random.randrange(7)
+        random, kind = self._random, self._random.randrange(7)
         if kind == 0 and self._answers:
             self._network.publish(self, "evaluations", random.choice(self._answers))
         elif kind == 1 and self._answers:
@@ -47,15 +48,15 @@ class Stranger(Process):
             if kind in (3, 4):
                 self._network.publish(self, "evaluations", encode(self._false_answer(candidate)))
             else:
-                self._beat(candidate, own=kind == 5)
+                self._beat(candidate, own=kind == 5 and self._joins)
 
     def _false_answer(self, candidate: Candidate) -> Evaluation:
         """Return values that add up, of a sending that never was."""
         true = Answering(candidate.evaluator, "simulated", simulated_s=0.0).answer(candidate)
         wrong = dataclasses.replace(true, torque=0.0, voxel_torque=np.zeros(len(true.voxel_torque)))
-        random = self.world.random
+        random = self._random
         return dataclasses.replace(wrong, **random.choice((
-            {"evaluator": self.name},
+            {"attempt": candidate.attempt + 500} if self._joins else {"evaluator": self.name},
             {"attempt": candidate.attempt + 1000},
             {"trial": candidate.trial + 10_000},
             {"study": "another"},
@@ -63,7 +64,7 @@ class Stranger(Process):
 
     def _beat(self, candidate: Candidate, *, own: bool) -> None:
         """Say that an evaluator, or this, has what it has not; or that an evaluator leaves."""
-        random = self.world.random
+        random = self._random
         trials = np.array([candidate.trial + random.randrange(2)], np.uint32)
         status = EvaluatorStatus(
             evaluator=self.name if own else candidate.evaluator,

@@ -65,6 +65,7 @@ class SimulatedWorkers:
         self.process, self.evaluation_s, self.kernel_hash = process, evaluation_s, kernel_hash
         self.manners = Manners()
         self.collect = lambda: None
+        self.random = process.world.chance(f"workers of {process.name} from {process.world.now}")
         self._started: list[_SimulatedWorker] = []
 
     def start(self, answering: Answering, memory_mb: int) -> Worker:
@@ -72,7 +73,7 @@ class SimulatedWorkers:
         worker = _SimulatedWorker(self, answering)
         self._started.append(worker)
         hello = json.dumps([self.kernel_hash, ["reach", "torque"]]).encode()
-        worker.says(hello, self.process.world.random.uniform(0.2, 1.0))
+        worker.says(hello, self.random.uniform(0.2, 1.0))
         return worker
 
     def ready(self) -> Collection[Worker]:
@@ -117,9 +118,9 @@ class _SimulatedWorker:
 
     def send(self, data: bytes) -> None:
         workers, world, manners = self._workers, self._world, self._workers.manners
-        seconds = workers.evaluation_s * manners.slow * world.random.uniform(0.5, 1.5)
+        seconds = workers.evaluation_s * manners.slow * workers.random.uniform(0.5, 1.5)
         candidate = decode(Candidate, data)
-        fate = world.random.random()
+        fate = workers.random.random()
         if manners.deaf:
             return
         if manners.unable:
@@ -138,7 +139,7 @@ class _SimulatedWorker:
 
     def _lie(self, true: Evaluation) -> Evaluation:
         """Return an answer that shows on its face that it is none."""
-        kind = self._world.random.randrange(5)
+        kind = self._workers.random.randrange(5)
         if kind == 0:
             return dataclasses.replace(true, reach=true.reach + 1.0)
         if kind == 1:

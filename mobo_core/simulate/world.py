@@ -27,7 +27,6 @@ class World:
 
     Attributes:
         now: s since the beginning.
-        random: where chance comes from.
         wall_shift_s: s by which the wall clock is wrong.
         trace: the latest lines on what happened.
         failures: trial -> how often an evaluation of it was made to fail.
@@ -35,12 +34,16 @@ class World:
 
     def __init__(self, seed: int) -> None:
         self.now = 0.0
-        self.random = Random(seed)
+        self._seed = seed
         self.wall_shift_s = 0.0
         self.trace: deque[str] = deque(maxlen=_TRACE_LINES)
         self.failures: dict[int, int] = {}
         self._events: list[tuple[float, int, Action]] = []
         self._numbers = count()
+
+    def chance(self, whose: str) -> Random:
+        """Return where the chance of one of many comes from: what the others draw is no matter to it."""
+        return Random(f"{self._seed} {whose}")
 
     def after(self, seconds: float, action: Action) -> None:
         """Let something happen so many seconds from now."""
