@@ -298,6 +298,7 @@ def replaced(old: str, new: str) -> str:
         (replaced("bar.obj", "huge.stl"), "200000000 bytes; expected a mesh of up to 100 MB"),
         (replaced("bar.obj", "none.obj"), "0 bytes"),
         (replaced("bar.obj", "noise.stl"), "cannot be read|triangles"),
+        (replaced("bar.obj", "cut.dae"), "cut.dae': not well-formed XML"),
         (replaced("bar.obj", "circle.obj"), "circle.obj.*[Ll]evels of symbolic links"),
         (replaced('<mass value="2.0"/>', '<mass value="-2"/>'), "mass -2 kg"),
         (replaced('<mass value="2.0"/>', '<mass value="nan"/>'), "value='nan'"),
@@ -323,6 +324,7 @@ def test_bad_files(text: str, words: str, found: Path, capsys: pytest.CaptureFix
         with (meshes / "huge.stl").open("wb") as file:
             file.truncate(200_000_000)
         (meshes / "none.obj").touch()
+        (meshes / "cut.dae").write_text('<?xml version="1.0"?><COLLADA><library_geometries><geometry id="a">')
         (meshes / "noise.stl").write_bytes(bytes(np.random.default_rng(0).integers(0, 256, 3000, dtype=np.uint8)))
         os.symlink("circle.obj", meshes / "circle.obj")
     path = found.with_name("bad.urdf")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
+from typing import NoReturn
+from xml.parsers import expat
 
 import coal
 import numpy as np
@@ -68,6 +70,8 @@ def _mesh(solid: Solid, path: Path) -> tuple[Array, NDArray[np.int64]]:
     size = path.stat().st_size
     if not 0 < size <= MAX_MESH_BYTES:
         raise InputError(f"{size} bytes", where=where, expected=f"a mesh of up to {MAX_MESH_BYTES // 1_000_000} MB")
+    if path.suffix.lower() == ".dae":
+        _check_xml(path, where)
     try:
         model = coal.MeshLoader().load(str(path), np.array(solid.size))
         count = int(model.num_tris)
@@ -81,3 +85,17 @@ def _mesh(solid: Solid, path: Path) -> tuple[Array, NDArray[np.int64]]:
     if not np.isfinite(points).all() or np.abs(points).max() > _FARTHEST:
         raise InputError("points that are not finite, or far away", where=where, expected=f"m, within {_FARTHEST:g}")
     return points, corners
+
+
+def _check_xml(path: Path, where: str) -> None:
+    """Raise InputError unless a file is well-formed XML without DTD: on what is cut off, assimp never ends."""
+
+    def doctype(*_: object) -> NoReturn:
+        raise InputError("forbidden XML (DTDForbidden)", where=where, expected="XML without DTD or entities")
+
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = doctype
+    try:
+        parser.Parse(path.read_bytes(), True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        raise InputError(f"not well-formed XML ({error})", where=where, expected="a COLLADA mesh") from None
