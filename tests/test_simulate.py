@@ -205,7 +205,10 @@ BUGS: dict[Callable[[pytest.MonkeyPatch], None], tuple[tuple[str, ...], tuple[st
     _tell_before_recording: (("recorded before effect",), ("delay",)),
     _lose_a_flush: (("recorded before effect",), ("delay",)),
     _renew_no_lease: (("leases",), ("slow_evaluator",)),
-    _resume_without_the_last: (("told once", "recorded before effect", "no crash", "order"), ("kill_optimizer",)),
+    _resume_without_the_last: (
+        ("told once", "recorded before effect", "no crash", "order", "liveness"),
+        ("kill_optimizer",),
+    ),
     _tell_a_duplicate: (("told once",), ("duplicate",)),
     _see_too_much: (("order", "no crash"), ("delay",)),
     _forget_a_pause: (("order",), ("pause", "kill_optimizer")),

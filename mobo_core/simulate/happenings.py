@@ -27,7 +27,6 @@ class Stage(Protocol):
         optimizer, rival: of the study, if they were started.
         evaluators, manners: each, and what is wrong with its workers.
         others: processes that end with the faults.
-        lost_tail: whether the bag has lost its end since an optimizer began to go on with it.
     """
 
     plan: Plan
@@ -40,7 +39,6 @@ class Stage(Protocol):
     evaluators: list[EvaluatorNode]
     manners: list[Manners]
     others: list[Process]
-    lost_tail: bool
 
     def resume(self) -> None:
         """End a pause."""
@@ -124,7 +122,7 @@ def _disk(simulation: Stage, fault: Fault) -> End:
         if simulation.rival is not None:
             simulation.rival.kill()
         disk.lose_tail(simulation.witness.folder)
-        simulation.lost_tail = True
+        simulation.witness.reopened(lost_tail=True)
         return None
 
     def end() -> None:

@@ -46,7 +46,6 @@ class OptimizerNode(Process):
         witness: watches its bag.
         holders: who holds the namespace, or did a moment ago: until when that is believed.
         locks: host -> who has the host's lock on the namespace.
-        lost_tail: whether the bag lost its end before.
 
     Attributes:
         optimizer: the real one, once it holds namespace and bag.
@@ -65,12 +64,10 @@ class OptimizerNode(Process):
         witness: Witness,
         holders: dict[OptimizerNode, float],
         locks: dict[str, OptimizerNode],
-        *,
-        lost_tail: bool = False,
     ) -> None:
         super().__init__(world, name, host)
         self._network, self._disk, self.options, self._witness = network, disk, options, witness
-        self._holders, self._locks, self._lost_tail = holders, locks, lost_tail
+        self._holders, self._locks = holders, locks
         self.optimizer: Optimizer | None = None
         self.finished = False
         self._bag: StudyBag | None = None
@@ -136,7 +133,7 @@ class OptimizerNode(Process):
         self.namespace.hold()
         self._holders[self] = float("inf")
         past = bag.past()
-        self._witness.reopened(lost_tail=self._lost_tail)
+        self._witness.reopened()
         options = self.options
         n_trials = options.n_trials
         if past is not None:

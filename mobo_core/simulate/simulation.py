@@ -72,7 +72,6 @@ class Simulation:
         self.optimizer: OptimizerNode | None = None
         self.rival: OptimizerNode | None = None
         self.evaluators: list[EvaluatorNode] = []
-        self.lost_tail = False
         self._holders: dict[OptimizerNode, float] = {}
         self._locks: dict[str, OptimizerNode] = {}
         self._pids = count(100)
@@ -158,9 +157,8 @@ class Simulation:
         """Start an optimizer of the study."""
         node = OptimizerNode(
             self.world, name, host, next(self._pids), self.network, self.disk, self.options, self.witness,
-            self._holders, self._locks, lost_tail=self.lost_tail,
+            self._holders, self._locks,
         )  # fmt: skip
-        self.lost_tail = False
         return node
 
     def start_other_study(self, host: str) -> OptimizerNode:

@@ -81,7 +81,7 @@ class Witness:
             raise Violation("recorded before effect", text)
 
     def reopened(self, *, lost_tail: bool = False) -> None:
-        """Read the bag anew: an optimizer goes on with it. What was in it must be there still."""
+        """Read the bag anew: an optimizer goes on with it, or it lost its end. Else what was in it must be there."""
         before = self._raw
         self._forget()
         self._file, self._at = None, 0
