@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,7 +23,8 @@ _LENGTHS = (0.05, 0.25, 0.2, 0.05, 0.0, 0.05)
 _MOST_POSES = 2_000_000
 
 
-class Fine(NamedTuple):
+@dataclass(frozen=True)
+class Fine:
     """An arm on fine voxels: its numbers, what of them to tell, and each voxel's centre, reach and torque."""
 
     numbers: dict[str, Number]
