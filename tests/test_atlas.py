@@ -15,7 +15,7 @@ from studies import mobo, mobo_json, run_study
 
 from mobo_core.atlas.ask import Wish, answer
 from mobo_core.atlas.atlas import Atlas, atlas_of, fronts_of, partial
-from mobo_core.atlas.file import read_atlas, write_atlas
+from mobo_core.atlas.file import packaged, read_atlas, write_atlas
 from mobo_core.atlas.growth import expected_gain, volumes_added
 from mobo_core.atlas.reading import read_trials
 from mobo_core.atlas.regret import fitting_atlas, regret, unfit, voxels_within
@@ -23,12 +23,13 @@ from mobo_core.atlas.trials import Rows
 from mobo_core.bag.collector import read_study
 from mobo_core.design import DesignSpace, to_urdf
 from mobo_core.errors import InputError
-from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.evaluation.spec import EvaluationSpec, load_spec
 from mobo_core.report.own_atlas import own_atlas
 from mobo_core.report.row import Row
 from mobo_core.report.table import study_table
-from mobo_core.search.front import Aim, hypervolume
+from mobo_core.search.front import Aim, hypervolume, pareto_front
 from mobo_core.search.mirror import exact_twins
+from mobo_core.search.study import StudySettings
 
 SPACE = {"n_joints": 3, "joint_types": "RP", "max_length": 0.3}
 SETTINGS: dict[str, Any] = {"sampler": "random", "space": DesignSpace.of(SPACE), "n_startup_trials": 1}
@@ -272,6 +273,19 @@ def test_values_of_other_questions_are_not_compared(bags: list[Path], atlas: Atl
     write_atlas(tmp_path / "a.parquet", atlas)
     assert fitting_atlas(other, "", tmp_path / "a.parquet")[0] is None
     assert fitting_atlas(settings)[1] == "mobo brings no atlas of 3 joints"
+
+
+def test_the_atlas_that_mobo_brings_is_one() -> None:
+    path = packaged()
+    assert path is not None and path.stat().st_size < 3_000_000
+    brought = read_atlas(path)
+    assert fitting_atlas(StudySettings(spec=load_spec("mobo")), "kernel")[0] is not None
+    assert brought.about.orders == len(brought.orders) == 239
+    wanted = brought.wanted
+    for rows in brought.orders.values():
+        values = [wanted[row] for row in rows]
+        assert len(pareto_front(values, brought.aims)) == len(values)
+    assert regret(brought, brought).orders[0].short == 0.0
 
 
 def test_no_arm_reaches_voxels_beyond_its_length() -> None:
