@@ -101,8 +101,8 @@ class Effort(NamedTuple):
 
     ``far`` and ``far_worth`` likewise: how many attempts a pose is worth at most by its nearest sample, whose key is
     in units of ``score_unit``. Where an attempt ended in self-collision a pose is worth ``most_collided`` attempts,
-    ``near_collided`` of them near it; with ``avoid`` they start where the arm is free of collision. ``most_reached`` is
-    after how many attempts the search for the solution of least torque ends.
+    ``near_collided`` of them near it. ``most_reached`` is after how many attempts the search for the solution of least
+    torque ends.
     """
 
     given_up: Floats
@@ -120,7 +120,6 @@ class Effort(NamedTuple):
     score_unit: float
     most_collided: int
     near_collided: int
-    avoid: bool
     most_reached: int
 
 

@@ -1,4 +1,4 @@
-"""The compiled sweep of ``ik_mode: complete`` by rules 2; :mod:`mobo_core.evaluation.kernel.load` compiles it.
+"""The sweep of ``ik_mode: complete`` by rules 2 and later; :mod:`mobo_core.evaluation.kernel.load` compiles it.
 
 Most poses that a study asks of its arms cannot be reached, so evidence says how many attempts a pose is worth: how far
 the error has fallen in the best of those made. An attempt that will hardly succeed any more is given up.
@@ -45,12 +45,6 @@ from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import WEIGHT
 from mobo_core.evaluation.kernel.sweep import lane_forward, lane_state, lane_step
 from mobo_core.jit.numerics import random_start, target_rotation
-
-# What is known of a sample.
-UNKNOWN, CLEAR, COLLIDES = 0, 1, 2
-NO_START = -1
-# Blind starts drawn until one is free of collision, and what sets the numbers of their attempts apart.
-BLIND_DRAWS, DRAWS_APART = 4, 1 << 20
 
 
 def table_places(constants, q, low, high, x, y, z, radius, cells, poses):
@@ -115,7 +109,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
     blocks, n_blocks = np.empty((MOST // GROUPS + 1) * (ROWS * GROUPS), np.float32), 0
     near, near_codes = np.empty(MOST + GROUPS, np.int64), np.empty(MOST + GROUPS, np.int64)
     keys, codes = np.empty((LANES, GROUPS), np.int64), np.empty((LANES, GROUPS), np.int64)
-    clear = np.full(table_q.shape[0], UNKNOWN, np.int8)  # of samples: whether they are in collision
+    best = np.empty(2 * GROUPS, np.float32)
     state = lane_state()
     lane_row, lane_pose, lane_key = np.full(LANES, -1), np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     lane_attempt, lane_iteration = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
@@ -150,7 +144,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
                         target_r[k // 3, k % 3] = rotations[first + row, pose, k // 3, k % 3]
                 else:
                     target_rotation(seed, first + row, pose, target_r)
-                best_of_groups(blocks, n_blocks, target_r, near, near_codes, lane, keys, codes)
+                best_of_groups(blocks, n_blocks, target_r, near, near_codes, best, lane, keys, codes)
                 lane_key[lane] = leave_out(NONE, lane, keys, codes)
                 lane_cap[lane] = worth_of(
                     (lane_key[lane] >> SAMPLE_BITS) * effort.score_unit, effort.far, effort.far_worth, effort.most_worth
@@ -174,38 +168,15 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
             at, attempt = lane_row[lane], lane_attempt[lane]
             if at < 0:
                 continue
-            collided = lane_outcome[lane] == IN_COLLISION
-            near_by = lane_searching[lane] and attempt < (effort.near_collided if collided else effort.near_starts)
-            # Once a solution was in collision, starts that are so are passed over.
-            avoid = effort.avoid and collided and lane_searching[lane]
-            start = NO_START
-            while near_by and start == NO_START and lane_key[lane] < OUT:
+            near_starts = effort.near_collided if lane_outcome[lane] == IN_COLLISION else effort.near_starts
+            near_by = lane_searching[lane] and attempt < near_starts
+            if near_by and lane_key[lane] < OUT:
                 start = lane_key[lane] & SAMPLE
-                lane_key[lane] = leave_out(table_codes[start], lane, keys, codes)
-                if avoid:
-                    if clear[start] == UNKNOWN:
-                        for k in range(n):
-                            q[k] = table_q[start, k]
-                        forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations_of_joints, tip)
-                        clear[start] = COLLIDES if any_near_pair_collides(
-                            capsule_joint, capsule_a, capsule_b, capsule_radius, pairs, origins, rotations_of_joints,
-                            ends,
-                        ) else CLEAR  # fmt: skip
-                    if clear[start] == COLLIDES:
-                        start = NO_START
-            if start != NO_START:
                 for k in range(n):
                     state[k * LANES + lane] = table_q[start, k]
+                lane_key[lane] = leave_out(table_codes[start], lane, keys, codes)
             else:
-                for draw in range(BLIND_DRAWS):
-                    random_start(seed, first + at, lane_pose[lane], attempt + draw * DRAWS_APART, lower, upper, q)
-                    if not avoid:
-                        break
-                    forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations_of_joints, tip)
-                    if not any_near_pair_collides(
-                        capsule_joint, capsule_a, capsule_b, capsule_radius, pairs, origins, rotations_of_joints, ends
-                    ):
-                        break
+                random_start(seed, first + at, lane_pose[lane], attempt, lower, upper, q)
                 for k in range(n):
                     state[k * LANES + lane] = q[k]
             lane_iteration[lane], lane_most[lane] = 0, question.iterations

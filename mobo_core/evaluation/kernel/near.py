@@ -154,17 +154,16 @@ def gather(x, y, z, gx, gy, gz, radius, table_codes, order, cell_first, poses, b
 
 
 @compiled
-def best_of_groups(blocks, n_blocks, target_r, numbers, codes, lane, keys, group_codes):
+def best_of_groups(blocks, n_blocks, target_r, numbers, codes, best, lane, keys, group_codes):
     """Write the keys of the best samples of the groups for a pose, and their codes, into row ``lane``.
 
     A key is 4 sin^2(angle / 2) plus the weighed squared distance, in units of SCALE, and then the sample's number.
     ``target_r`` (3, 3) is the pose's orientation, its position that of :func:`gather`, which gave ``blocks``,
-    ``numbers`` and ``codes``.
+    ``numbers`` and ``codes``. ``best`` (2 * GROUPS,) is work space: scores, and blocks.
     """
     t0, t1, t2 = np.float32(target_r[0, 0]), np.float32(target_r[0, 1]), np.float32(target_r[0, 2])
     t3, t4, t5 = np.float32(target_r[1, 0]), np.float32(target_r[1, 1]), np.float32(target_r[1, 2])
     t6, t7, t8 = np.float32(target_r[2, 0]), np.float32(target_r[2, 1]), np.float32(target_r[2, 2])
-    best = np.empty(2 * GROUPS, np.float32)  # scores, and blocks
     for j in range(GROUPS):
         best[j] = _FAR_OFF
         best[GROUPS + j] = np.float32(0.0)
