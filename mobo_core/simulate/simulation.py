@@ -133,6 +133,9 @@ class Simulation:
             manners.__dict__.update(Manners().__dict__)
         for process in self.others:
             process.kill()
+        if self.plan.timeout_s > LIVENESS_S:  # nobody else ends workers that hang
+            for node in self.evaluators:
+                node.kill()
         self.resume()
 
     def resume(self) -> None:
