@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -16,9 +17,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from mobo_core.bag.record import settings_of as settings_of_record
+from mobo_core.bag.record import study_record
 from mobo_core.design import Design, DesignSpace
 from mobo_core.design.joints import effective_orders
 from mobo_core.design.prepared import PreparedXacro
+from mobo_core.errors import InputError
 from mobo_core.evaluation import EvaluationSpec, load_spec
 from mobo_core.evaluation.evaluate import evaluate, solve_poses
 from mobo_core.jit.numerics import target_rotation
@@ -89,21 +93,40 @@ def test_expectations_are_those_of_a_gaussian_process() -> None:
     z, asked, gains = rng.random((20, 4)), rng.random((5, 4)), rng.random((16, 2))
     twin = np.arange(20) % 5 == 0
     mean, deviation = np.empty((5, 2)), np.empty((5, 2))
-    model.predict(z, gains, twin, 16, asked, mean, deviation)
+    scale, noise = model.NEAR
+    model.predict(z, gains, twin, 16, asked, scale, noise, mean, deviation)
 
     def kernel(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-        r = np.sqrt(5.0) * np.linalg.norm(a[:, None] - b[None], axis=2) / model.SCALE
+        r = np.sqrt(5.0) * np.linalg.norm(a[:, None] - b[None], axis=2) / scale
         return (1 + r + r * r / 3) * np.exp(-r)
 
     alike = np.where(twin[:, None] == twin[None], 1.0, model.TWIN)
-    own = kernel(z, z) * alike + model.NOISE * np.eye(20)
+    own = kernel(z, z) * alike + noise * np.eye(20)
     cross = kernel(asked, z) * np.where(twin, model.TWIN, 1.0)
     middle, sd = gains.mean(axis=0), gains.std(axis=0)
     np.testing.assert_allclose(mean, middle + cross[:, :16] @ np.linalg.solve(own[:16, :16], gains - middle), atol=1e-9)
     rest = 1 - (cross * np.linalg.solve(own, cross.T).T).sum(axis=1)
     np.testing.assert_allclose(deviation, np.sqrt(rest)[:, None] * sd, rtol=1e-6)
-    model.predict(z, gains, twin, 16, z[:2], mean[:2], deviation[:2])
+    model.predict(z, gains, twin, 16, z[:2], scale, noise, mean[:2], deviation[:2])
     assert (deviation[1] == -1).all()
+
+
+def test_rules_of_older_bags_stay() -> None:
+    """A record that does not say means rules 1, whose designs are what they were; others have one set of rules."""
+    latest = settings_of()
+    record = study_record("s", latest)
+    assert latest.sampler_rules == 2 and settings_of_record(record, "bag") == latest
+    del record["sampler_rules"]
+    older = settings_of_record(record, "bag")
+    assert older.sampler_rules == 1 and older == settings_of(sampler_rules=1)
+    first = [asked.design for asked in run(older, 60)]
+    assert hashlib.sha256(repr(first).encode()).hexdigest()[:16] == "19ac61e717792f9d"
+    one = {"joints": ["R", "P", "P", "R"]}  # an order alone soon has many arms
+    designs = [[asked.design for asked in run(settings_of(space=one, sampler_rules=n), 80)] for n in (1, 2)]
+    assert designs[0][:60] == designs[1][:60] and designs[0] != designs[1]
+    assert StudySettings(sampler="tpe").sampler_rules == 1
+    with pytest.raises(InputError, match="sampler_rules = 3; expected at most 2 of structured"):
+        settings_of(sampler_rules=3)
 
 
 @pytest.mark.parametrize("n", [4, 6, 7])

@@ -16,10 +16,11 @@ from long_search import SPACE, SPEC, XACRO, anywhere
 
 from mobo_core.design.joints import effective_orders
 from mobo_core.evaluation.evaluate import evaluate
-from mobo_core.search.samplers.structured.model import NOISE, SCALE
+from mobo_core.search.samplers.structured.model import WIDE
 from mobo_core.search.samplers.structured.orders import twins
 
 HELD_OUT = 60
+SCALE, NOISE = WIDE
 Array = np.ndarray[Any, Any]
 
 

@@ -50,7 +50,7 @@ def study_record(name: str, settings: StudySettings, schema_version: int = SCHEM
         "space": settings.space.to_json(),
         "spec": settings.spec.to_json(),
         "objectives": ",".join(settings.objectives),
-        **{key: str(values[key]) for key in _PLAIN},
+        **{key: str(values[key]) for key in (*_PLAIN, "sampler_rules")},
         "engine": settings.engine,
         "versions": json.dumps(versions(), sort_keys=True),
         "schema_version": str(schema_version),
@@ -86,6 +86,7 @@ def settings_of(record: dict[str, str], where: str) -> StudySettings:
                 "spec": EvaluationSpec.of(json.loads(record["spec"]), where=f"{where}: spec"),
                 "objectives": record.get("objectives", "reach,torque"),  # which older bags do not say
                 "engine": record.get("engine", ""),
+                "sampler_rules": record.get("sampler_rules", "1"),  # likewise
                 **{key: record[key] for key in _PLAIN},
             },
             where=where,

@@ -32,12 +32,13 @@ class StudySettings(Settings):
     spec: EvaluationSpec = EvaluationSpec()
     objectives: tuple[str, ...] = Field(("reach", "torque"), description="two or three, in the order of their values")
     sampler: Annotated[str, Listed(sampler_names)] = Field("tpe", description="in brackets what it sets unless named")
+    sampler_rules: int = Field(
+        0, ge=0, validate_default=True, description="which of the algorithms that the sampler has had; 0: the latest"
+    )
     n_startup_trials: int = Field(
         100, ge=1, le=1_000_000, description="random trials before the sampler's model takes over"
     )
-    seed: int = Field(
-        0, ge=0, lt=2**63, description="of the sampler only; that of targets and IK starts is the spec's"
-    )
+    seed: int = Field(0, ge=0, lt=2**63, description="of the sampler only; that of targets and IK starts is the spec's")
     in_flight: int = Field(
         8, ge=1, le=10_000, description="trials asked before the first of them is told; part of the study's function"
     )
@@ -69,6 +70,14 @@ class StudySettings(Settings):
         if space is not None and objectives is not None and (why := SAMPLERS[sampler].unfit(space, objectives)):
             raise ValueError(f"another than {sampler} {why}")
         return sampler
+
+    @field_validator("sampler_rules")
+    @classmethod
+    def _of_the_sampler(cls, rules: int, info: ValidationInfo) -> int:
+        latest = SAMPLERS[info.data["sampler"]].rules if "sampler" in info.data else 1
+        if rules > latest > 1:
+            raise ValueError(f"at most {latest} of {info.data['sampler']}")
+        return min(rules or latest, latest)  # one that has had one algorithm alone goes by that
 
     @property
     def aims(self) -> Aims:
@@ -134,7 +143,8 @@ class OrderedStudy:
     def __init__(self, settings: StudySettings) -> None:
         self.settings = settings
         sampler = SAMPLERS[settings.sampler]
-        task = Task(settings.space, settings.spec, settings.objectives, settings.n_startup_trials, settings.seed)
+        given = (settings.n_startup_trials, settings.seed, settings.sampler_rules)
+        task = Task(settings.space, settings.spec, settings.objectives, *given)
         self._sampler, self._stateful = sampler.factory(task), sampler.stateful
         self._optuna = optuna.create_study(
             directions=[OBJECTIVES[name].direction for name in settings.objectives], sampler=self._sampler(0)

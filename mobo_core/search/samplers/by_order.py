@@ -55,4 +55,5 @@ STRUCTURED = Sampler(
     "are known alike",
     _factory,
     unfit=_unfit,
+    rules=2,
 )

@@ -36,6 +36,7 @@ class Task:
     objectives: tuple[str, ...]
     n_startup_trials: int
     seed: int
+    sampler_rules: int = 1
 
     def seed_of(self, trial: int) -> int:
         """Return the 32-bit seed of the random stream for one trial."""
@@ -65,6 +66,7 @@ class Sampler:
             as in ``mine with sequential lengths: it draws fractions alone``.
         defaults: of settings that are not named, where it has others than mobo: ``in_flight``, ``n_startup_trials``,
             or one of the space, such as ``lengths``.
+        rules: the number of its latest algorithm; bags of earlier ones go on by theirs.
         offered: whether help names it. One that is not is for bags that name it: they verify and resume.
     """
 
@@ -74,4 +76,5 @@ class Sampler:
     stateful: bool = False
     unfit: Callable[[DesignSpace, tuple[str, ...]], str] = _fits
     defaults: Mapping[str, int | float | str] = field(default_factory=dict)
+    rules: int = 1
     offered: bool = True

@@ -16,10 +16,10 @@ from mobo_core.search.samplers.structured import compiled
 
 Floats = NDArray[np.float64]
 
-# Of square roots of shares of the length: over this distance values become unlike. By table, see docs/search.md.
-SCALE = 1.2
-# Of the variance, what is no function of the lengths: poses are few.
-NOISE = 0.005
+# Over which distance of square roots of shares of the length values become unlike, and what of the variance is no
+# function of the lengths, as poses are few: of few arms from anywhere, and of many near a front. By table, see
+# docs/search.md.
+WIDE, NEAR = (1.2, 0.005), (0.5, 0.02)
 # What an arm's mirror twin says of it: the same lengths meet other poses.
 TWIN = 0.97
 _ROOT_5 = 2.23606797749979
@@ -28,12 +28,12 @@ _SAME = 1e-12
 
 
 @compiled
-def _kernel(z: Floats, i: int, other: Floats, j: int) -> float:
+def _kernel(z: Floats, i: int, other: Floats, j: int, scale: float) -> float:
     square = 0.0
     for k in range(z.shape[1]):
         step = z[i, k] - other[j, k]
         square += step * step
-    r = math.sqrt(square) * (_ROOT_5 / SCALE)
+    r = math.sqrt(square) * (_ROOT_5 / scale)
     return (1.0 + r + r * r * (1.0 / 3.0)) * exp(-r)
 
 
@@ -50,7 +50,15 @@ def nearest(z: Floats, n: int, centre: Floats, count: int) -> NDArray[np.int64]:
 
 @compiled
 def predict(
-    z: Floats, gains: Floats, twin: NDArray[np.bool_], told: int, asked: Floats, mean: Floats, deviation: Floats
+    z: Floats,
+    gains: Floats,
+    twin: NDArray[np.bool_],
+    told: int,
+    asked: Floats,
+    scale: float,
+    noise: float,
+    mean: Floats,
+    deviation: Floats,
 ) -> None:
     """Predict the gains of arms that were not tried.
 
@@ -61,21 +69,23 @@ def predict(
         twin: (n,) whether it is the twin's.
         told: 1 or more.
         asked: (q, d) of the arms asked about.
+        scale: see :data:`WIDE`.
+        noise: likewise.
         mean: (q, m) receives what is expected.
         deviation: (q, m) receives how far off that may be; -1 for an arm that was tried.
     """
     n, q, m = z.shape[0], asked.shape[0], gains.shape[1]
     root = np.empty((n, n))
     for i in range(n):
-        root[i, i] = 1.0 + NOISE
+        root[i, i] = 1.0 + noise
         for j in range(i + 1, n):
-            root[i, j] = _kernel(z, i, z, j) * (1.0 if twin[i] == twin[j] else TWIN)
+            root[i, j] = _kernel(z, i, z, j, scale) * (1.0 if twin[i] == twin[j] else TWIN)
     cross = np.empty((n, q))
     tried = np.zeros(q, np.bool_)
     for i in range(n):
         alike = TWIN if twin[i] else 1.0
         for c in range(q):
-            cross[i, c] = _kernel(z, i, asked, c) * alike
+            cross[i, c] = _kernel(z, i, asked, c, scale) * alike
             if cross[i, c] > 1.0 - _SAME:
                 tried[c] = True
     # Cholesky: the upper triangle becomes R with R^T R = K.

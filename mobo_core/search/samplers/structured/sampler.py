@@ -47,6 +47,7 @@ class StructuredSampler(BaseSampler):
             [aim.maximize for aim in self._aims],
             task.n_startup_trials,
             task.seed,
+            task.sampler_rules,
         )
         # Trials asked and not told: storage's id, order and point.
         self._open: deque[tuple[int, int, int, NDArray[np.float64]]] = deque()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
 import numpy as np
@@ -11,7 +12,7 @@ from mobo_core.design import DesignSpace
 from mobo_core.jit.numerics import stream
 from mobo_core.search.samplers.structured.archive import Archive, Front
 from mobo_core.search.samplers.structured.draw import Stream, draw
-from mobo_core.search.samplers.structured.model import nearest, predict
+from mobo_core.search.samplers.structured.model import NEAR, WIDE, nearest, predict
 from mobo_core.search.samplers.structured.policy import Policy
 from mobo_core.search.samplers.structured.region import Region, spread
 from mobo_core.search.samplers.structured.volume import most_adding
@@ -24,6 +25,7 @@ CANDIDATES = 96
 _ANYWHERE, _FROM_OTHERS = 16, 24  # of the candidates
 APART = 0.01  # gain by which a twin's best arm is better by far
 OWN, TWINS, PENDING = 110, 40, 32  # arms that a model is made of
+_NEAR_FROM = {1: sys.maxsize, 2: 60}  # by rules, told arms from which its model is of those near its front
 _MODELLED = 3  # told arms from which an order has a model
 HOPES = (0.3, 1.0, 2.0)  # standard deviations by which a candidate may be better than expected
 _ALL_HOPE = 1e3
@@ -43,13 +45,22 @@ class Search:
         maximized: for each objective, whether it is maximised.
         startup: trials before models are used.
         seed: of all.
+        rules: 1, whose model is WIDE, or 2, of which it is NEAR once an order has arms enough.
     """
 
     def __init__(
-        self, space: DesignSpace, count: int, twin: Sequence[int], maximized: Sequence[bool], startup: int, seed: int
+        self,
+        space: DesignSpace,
+        count: int,
+        twin: Sequence[int],
+        maximized: Sequence[bool],
+        startup: int,
+        seed: int,
+        rules: int,
     ) -> None:
         self._region = Region(space)
         self._twin, self._startup, self._seed = twin, startup, seed
+        self._near_from = _NEAR_FROM[rules]
         self._d = len(self._region.low)
         self._m = len(maximized)
         best = [k for k, up in enumerate(maximized) if up]
@@ -162,7 +173,8 @@ class Search:
         is_twin = np.zeros(len(z), np.bool_)
         is_twin[told - theirs : told] = True
         mean, deviation = np.empty((len(points), self._m)), np.empty((len(points), self._m))
-        predict(z, gains, is_twin, told, features(points), mean, deviation)
+        kernel = NEAR if archive.told >= self._near_from else WIDE
+        predict(z, gains, is_twin, told, features(points), *kernel, mean, deviation)
         extreme = self._extremes[r.below(len(self._extremes))]
         if explores:
             return int(most_adding(front.gains, mean, deviation, _ALL_HOPE, extreme))

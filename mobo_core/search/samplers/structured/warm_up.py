@@ -10,7 +10,7 @@ from mobo_core.search.samplers.structured.search import Search
 
 def run() -> None:
     """Run a tiny search."""
-    search = Search(DesignSpace(n_joints=3, joint_types="RP"), 2, [1, 0], [True, False], 2, 0)
+    search = Search(DesignSpace(n_joints=3, joint_types="RP"), 2, [1, 0], [True, False], 2, 0, 2)
     for trial in range(16):
         order, point = search.next(trial)
         search.asked(trial, order, point)
