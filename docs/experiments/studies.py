@@ -2,11 +2,12 @@
 
     python docs/experiments/studies.py run --samplers structured tpe como --trials 3000
     python docs/experiments/studies.py run --samplers structured tpe --seeds 0 --trials 20000
+    python docs/experiments/studies.py alone --samplers structured structured:1 --trials 250
     python docs/experiments/studies.py tables
 
-A study is kept trial by trial, so that it can be stopped, gone on with, and made longer. `tables` prints which arms
-the studies found (hypervolumes, how the arms on the fronts do on poses that no study saw) and what they say of the
-structures, against long_search.npz.
+`structured:1` is that sampler by its earlier rules. A study is kept trial by trial, so that it can be stopped, gone on
+with, and made longer. `tables` prints which arms the studies found (hypervolumes, how the arms on the fronts do on
+poses that no study saw) and what they say of the structures, against long_search.npz. `alone` searches single orders.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from fairness import FILE, HEADINGS, long_searches, row
+from fairness import FILE, HEADINGS, LEAST_REACH, long_searches, row
 from scipy import stats
 
 import mobo_core as mobo
@@ -36,6 +37,7 @@ UNSEEN = SPEC.model_copy(update={"seed": 1})
 AIMS = aims_of(("reach", "torque"), SPEC)
 IN_FLIGHT = {"como": 1}  # of others 8
 CONFIDENCE = 0.9
+ALONE = (16, 32, 64, 84, 125, 250)
 Values = list[tuple[float, float]]
 
 
@@ -51,9 +53,11 @@ class Row(NamedTuple):
 
 
 def settings_of(sampler: str, seed: int, joints: int) -> mobo.StudySettings:
-    """Return a study's settings."""
+    """Return a study's settings; after a colon the sampler's rules, by default the latest."""
     space, in_flight = DesignSpace(n_joints=joints), IN_FLIGHT.get(sampler, 8)
-    return mobo.StudySettings(sampler=sampler, seed=seed, space=space, spec=SPEC, in_flight=in_flight)
+    name, _, rules = sampler.partition(":")
+    given = {"sampler": name, "sampler_rules": int(rules or 0), "seed": seed, "in_flight": in_flight}
+    return mobo.StudySettings(space=space, spec=SPEC, **given)
 
 
 def run(settings: mobo.StudySettings, trials: int, file: Path) -> None:
@@ -104,12 +108,12 @@ def rows_of(file: Path, space: DesignSpace) -> list[Row]:
     return rows
 
 
-def studies(folder: Path, joints: int) -> Iterator[tuple[mobo.StudySettings, list[Row]]]:
-    """Yield the studies of a folder by sampler and seed."""
+def studies(folder: Path, joints: int) -> Iterator[tuple[str, mobo.StudySettings, list[Row]]]:
+    """Yield sampler, settings and trials of a folder's studies, by sampler and seed."""
     for file in sorted(folder.glob(f"*_{joints}_*.jsonl")):
         sampler, _, seed = file.stem.split("_")
         settings = settings_of(sampler, int(seed), joints)
-        yield settings, rows_of(file, settings.space)
+        yield sampler, settings, rows_of(file, settings.space)
 
 
 def unseen(rows: list[Row], space: DesignSpace, spec: EvaluationSpec = UNSEEN) -> tuple[float, float]:
@@ -124,11 +128,11 @@ def which_arms(folder: Path, joints: int, counts: list[int], base: str) -> None:
     """Print hypervolumes, a row for each sampler and number of trials, and how the fronts do on unseen poses."""
     volumes: dict[int, dict[str, list[float]]] = {count: {} for count in counts}
     again: dict[tuple[int, str], list[tuple[float, float]]] = {}
-    for settings, rows in studies(folder, joints):
+    for sampler, settings, rows in studies(folder, joints):
         for count in (count for count in counts if count <= len(rows)):
             values = [(r.reach, r.torque) for r in rows[:count]]
-            volumes[count].setdefault(settings.sampler, []).append(hypervolume(values, AIMS))
-            again.setdefault((count, settings.sampler), []).append(unseen(rows[:count], settings.space))
+            volumes[count].setdefault(sampler, []).append(hypervolume(values, AIMS))
+            again.setdefault((count, sampler), []).append(unseen(rows[:count], settings.space))
     print(
         f"| trials | sampler | studies | hypervolume | lowest – highest | ahead of {base}, {CONFIDENCE:.0%} interval "
         "| on unseen poses | reach of the front's arms lower there |"
@@ -159,16 +163,39 @@ def which_structures(folder: Path, joints: int, counts: list[int], long: Path) -
     searched = long_searches(long, SPEC) if joints == DesignSpace().n_joints and long.exists() else {}
     print("\n| sampler, seed | trials | " + " | ".join(HEADINGS[3:]) + " |")
     print("| --- |" + " ---: |" * (len(HEADINGS) - 2))
-    for settings, rows in studies(folder, joints):
+    for sampler, settings, rows in studies(folder, joints):
         for count in (count for count in counts if count <= len(rows)):
             cells = row(rows[:count], settings, searched)
-            print(f"| {settings.sampler}, {settings.seed} | {count:,} | " + " | ".join(cells) + " |", flush=True)
+            print(f"| {sampler}, {settings.seed} | {count:,} | " + " | ".join(cells) + " |", flush=True)
+
+
+def alone(folder: Path, samplers: list[str], trials: int, long: Path, orders: list[str]) -> None:
+    """Search single orders, and print how their best reach and hypervolume fall short of the long searches', mean."""
+    counts = [count for count in ALONE if count <= trials]
+    searched = {order: found for order, found in long_searches(long, SPEC).items() if found.reach >= LEAST_REACH}
+    orders = orders or list(searched)
+    print("| sampler | short of, mean | " + " | ".join(f"{count} arms" for count in counts) + " | within 1.5, 0.015 |")
+    print("| --- | --- |" + " ---: |" * (len(counts) + 1))
+    for sampler in samplers:
+        short = np.empty((2, len(orders), len(counts)))
+        for i, order in enumerate(orders):
+            file, space = folder / f"{sampler}_{order}.jsonl", DesignSpace.of({"joints": list(order)})
+            run(settings_of(sampler, 0, 6).model_copy(update={"space": space}), trials, file)
+            values = [(r.reach, r.torque) for r in rows_of(file, space)]
+            for j, count in enumerate(counts):
+                short[0, i, j] = searched[order].reach - max(reach for reach, _ in values[:count])
+                short[1, i, j] = searched[order].volume - hypervolume(values[:count], AIMS)
+        for what, found, most in (("reach", short[0], 1.5), ("hypervolume", short[1], 0.015)):
+            cells = [f"{mean:.4f}" for mean in found.mean(axis=0)] + [
+                f"{(found[:, -1] <= most).sum()} of {len(orders)}"
+            ]
+            print(f"| {sampler} | {what} | " + " | ".join(cells) + " |")
 
 
 def main() -> None:
     """Run what is missing, or print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("run", "tables"))
+    parser.add_argument("what", choices=("run", "alone", "tables"))
     parser.add_argument("--folder", type=Path, default=FOLDER)
     parser.add_argument("--samplers", nargs="*", default=["structured", "tpe"])
     parser.add_argument("--seeds", type=int, nargs="*", default=list(range(5)))
@@ -176,13 +203,16 @@ def main() -> None:
     parser.add_argument("--trials", type=int, nargs="*", default=[3000, 20000, 60000], help="of `run` the last")
     parser.add_argument("--base", default="tpe", help="the sampler that others are compared with")
     parser.add_argument("--long", type=Path, default=FILE, help="file of long_search.py")
+    parser.add_argument("--orders", nargs="*", default=[], help="of `alone`; all of the long searches by default")
     args = parser.parse_args()
-    args.folder.mkdir(parents=True, exist_ok=True)
+    (args.folder / "alone").mkdir(parents=True, exist_ok=True)
     if args.what == "run":
         for seed in args.seeds:
             for sampler in args.samplers:
                 file = args.folder / f"{sampler}_{args.joints}_{seed}.jsonl"
                 run(settings_of(sampler, seed, args.joints), args.trials[-1], file)
+    elif args.what == "alone":
+        alone(args.folder / "alone", args.samplers, args.trials[-1], args.long, args.orders)
     else:
         which_arms(args.folder, args.joints, args.trials, args.base)
         which_structures(args.folder, args.joints, args.trials, args.long)
