@@ -119,6 +119,9 @@ def draw_plan(seed: int, kinds: tuple[str, ...] = tuple(KINDS), n_trials: int = 
         )
         for _ in range(random.randint(1, 12))
     ]
+    if any(fault.kind == "power_loss" for fault in faults):
+        # A command that is lost with the bag's end changes what its trial is; an answer to what it was may still come.
+        faults = [fault for fault in faults if fault.kind != "enqueue"]
     faults.sort(key=lambda fault: fault.at)
     timeout_s = random.choice((20.0, 1e6))
     return Plan(seed, tuple(settings.items()), n_trials, workers, evaluation_s, timeout_s, tuple(faults))

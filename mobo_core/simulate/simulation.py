@@ -75,7 +75,7 @@ class Simulation:
         self._holders: dict[OptimizerNode, float] = {}
         self._locks: dict[str, OptimizerNode] = {}
         self._pids = count(100)
-        self._faults_left = len(plan.faults)
+        self._healed = False
         self._clear_since = 0.0
 
     def run(self) -> Outcome:
@@ -136,7 +136,7 @@ class Simulation:
         if self.plan.timeout_s > LIVENESS_S:  # nobody else ends workers that hang
             for node in self.evaluators:
                 node.kill()
-        self.resume()
+        self._healed = True
 
     def resume(self) -> None:
         """End a pause, if there is one."""
@@ -192,6 +192,8 @@ class Simulation:
                 self.evaluators[i] = self._evaluator(i)
         if self.optimizer is None or (not self.optimizer.alive and not self.optimizer.finished):
             self.optimizer = self.start_optimizer("optimizer", HOME)
+        if self._healed:
+            self.resume()
         self._look_at_holders()
         self.world.after(1.0, self._watch)
 
