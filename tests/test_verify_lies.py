@@ -538,8 +538,11 @@ def test_a_bag_is_not_cut_behind_its_end(bag: Path, tmp_path: Path, capsys: pyte
     assert not faults(copy) and not list(tmp_path.glob("*uncut*"))
 
 
-def test_a_look_at_a_bag_that_goes_on_finds_what_does_not_verify(bag: Path, tmp_path: Path) -> None:
+def test_a_look_at_a_bag_that_goes_on_finds_what_does_not_verify(
+    bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """In a process of its own: nothing of an honest one, the trial and the remedy of another."""
+    monkeypatch.setattr("mobo_core.verify.spot._PATIENCE_S", 100.0)  # on a busy machine too
     messages = messages_of(bag)
     LIES["rejected by a stranger"][0](messages)
     copy = written(tmp_path / "bag", read_bag(bag)[0].record, messages)
