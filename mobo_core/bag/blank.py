@@ -37,7 +37,8 @@ def clear_blank(folder: Path) -> None:
 
 
 def _is_file_of(folder: Path, entry: Path) -> bool:
-    return re.fullmatch(re.escape(folder.name) + r"_\d+\.mcap", entry.name) is not None and entry.is_file()
+    # A writer may also have been killed while it made such a file whole (mobo_core.bag.recover).
+    return re.fullmatch(re.escape(folder.name) + r"_\d+\.(mcap|recovering)", entry.name) is not None and entry.is_file()
 
 
 def _is_idle(file: Path) -> bool:
