@@ -70,9 +70,13 @@ class Settings(BaseModel):
             raise InputError(f"not YAML ({_short(str(error))})", where=str(path), expected="YAML") from None
         return cls.of({} if values is None else values, where=str(path))
 
-    def to_dict(self) -> dict[str, object]:
-        """Return plain values (numbers, strings, lists), fit for JSON and YAML."""
-        return self.model_dump(mode="json")
+    def to_dict(self, *, full: bool = False) -> dict[str, object]:
+        """Return plain values (numbers, strings, lists), fit for JSON and YAML.
+
+        Args:
+            full: with the fields that are left out where they ask for nothing, if the settings have such.
+        """
+        return self.model_dump(mode="json", context={"full": full})
 
     def to_json(self) -> str:
         """Return the canonical text: equal settings give equal text."""

@@ -65,7 +65,7 @@ def stages() -> Meter:
         (PreparedXacro, "to_urdf", "xacro"),
         (answer.Answering, "answer", "answer"),
         (evaluation, "evaluate", "maps, objectives"),
-        (evaluation, "chain_from_urdf", "Pinocchio, chain"),
+        (evaluation, "asked_chain", "Pinocchio, chain"),
         (chain, "check_urdf", "URDF check"),
         (evaluation.Audit, "add", "audit"),
         (evaluation.Audit, "result", "audit"),

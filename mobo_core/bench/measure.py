@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
+from mobo_core.evaluation.chain import Array, Chain, asked_chain
 from mobo_core.evaluation.engines import DRAWN, kernel_call, reference_call
 from mobo_core.evaluation.kernel import CACHE
 from mobo_core.evaluation.kernel.arguments import Outputs
@@ -47,7 +47,7 @@ class Measured:
 
 def chain_of(urdf: str, spec: EvaluationSpec) -> Chain:
     """Return the chain that a spec's evaluations of a URDF are about."""
-    return chain_from_urdf(urdf, payload_kg=spec.payload_kg, gravity=spec.gravity)
+    return asked_chain(urdf, "", spec)
 
 
 def measure(chain: Chain, spec: EvaluationSpec, engine: Engine = "kernel", rotations: Array = DRAWN) -> Measured:

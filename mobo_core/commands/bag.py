@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -84,18 +83,19 @@ def run_info(args: argparse.Namespace) -> int:
 
 def _print(info: dict[str, Any]) -> None:
     from mobo_core.design import DesignSpace
+    from mobo_core.evaluation.spec import EvaluationSpec
+    from mobo_core.evaluation.wording import further_asked
 
     settings, trials = info["settings"], info["trials"]
-    space, spec = DesignSpace.of(settings["space"]), settings["spec"]
+    space, asked = DesignSpace.of(settings["space"]), EvaluationSpec.of(settings["spec"])
     writer = info["writer"]
     started = min((file["first_ns"] for file in info["files"] if file["first_ns"] is not None), default=None)
-    n_voxels = _voxels(spec)
     a_trial = f", {_size(info['bytes_per_trial'])} a trial" if info["bytes_per_trial"] else ""
     lines = [
         ("study", info["study"] + (f", being written to by {writer}" if writer else "")),
         ("space", f"{space.n_joints} joints of {space.letters}, {space.total_text} m, {space.lengths}"),
-        ("spec", f"{n_voxels} voxels of {spec['voxel_size']:g} m, {spec['poses_per_voxel']} poses each, "
-                 f"{spec['ik_mode']} IK, seed {spec['seed']}"),
+        ("spec", f"{asked.n_voxels} voxels of {asked.voxel_size:g} m, {asked.poses_per_voxel} poses each, "
+                 f"{', '.join([f'{asked.ik_mode} IK, seed {asked.seed}', *further_asked(asked)])}"),
         ("sampler", f"{settings['sampler']}, seed {settings['seed']}, {settings['n_startup_trials']} start-up trials, "
                     f"{settings['in_flight']} in flight"),
         ("versions", _pairs(info["versions"])),
@@ -198,12 +198,6 @@ def run_cut(args: argparse.Namespace) -> int:
         raise StudyError(f"{path}: cannot be cut ({error.strerror or error})") from None
     print(f"{path}: cut before trial {args.before}; as it was: {whole}")
     return 0
-
-
-def _voxels(spec: Mapping[str, object]) -> int:
-    from mobo_core.evaluation.spec import EvaluationSpec
-
-    return EvaluationSpec.of(spec).n_voxels
 
 
 def _pairs(versions: object) -> str:

@@ -36,14 +36,14 @@ class FieldText:
 def fields_of(model: type[Settings]) -> list[FieldText]:
     """Return the fields of settings in their order."""
     return [
-        FieldText(name, _yaml(model().to_dict()[name]), _values(field), field.description or "")
+        FieldText(name, _yaml(model().to_dict(full=True)[name]), _values(field), field.description or "")
         for name, field in model.model_fields.items()
     ]
 
 
 def example(settings: Settings) -> str:
     """Return settings as a YAML file that says of each field what it means; it reads back as the same settings."""
-    values = settings.to_dict()
+    values = settings.to_dict(full=True)
     blocks = []
     for field in fields_of(type(settings)):
         said = f"{field.meaning} ({field.values}; default {field.default})"

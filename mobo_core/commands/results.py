@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mobo_core.evaluation.wording import further_asked
+
 if TYPE_CHECKING:
     from mobo_core.arms.read import ReadArm
     from mobo_core.bag.record import StudyRecord
@@ -21,6 +23,8 @@ _COMPARED = ("reach", "torque", "voxel_reach", "voxel_torque")
 def print_result(result: Result) -> None:
     """Print scores, effort, chain and the torque of each joint."""
     spec = result.spec
+    for phrase in further_asked(spec):
+        print(f"asked   {phrase}")
     failures = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in result.failures().items())
     n = spec.n_voxels * spec.poses_per_voxel
     mean = "" if math.isnan(result.mean_torque) else f"; {result.mean_torque:.2f} N m a reached voxel"

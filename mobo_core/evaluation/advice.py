@@ -37,7 +37,7 @@ def result_advice(result: Result) -> list[str]:
 def space_advice(space: DesignSpace, spec: EvaluationSpec) -> str:
     """Return a line on what arms of a space can hardly do, or are built as; ``""`` if there is nothing to say."""
     remarks = joints_advice(space.n_joints, spec)
-    longest = space.total_ends[1]
+    longest = space.total_ends[1] + spec.tool_length
     base = np.array([0.0, 0.0, middle(space.base_height)])
     centres = spec.voxel_centres()
     far = int((np.linalg.norm(centres - base, axis=1) > longest + spec.position_tolerance).sum())

@@ -13,7 +13,8 @@ from mobo_core.errors import InputError
 from mobo_core.evaluation.capsules import capsules_of, listed_pairs, separate_pairs
 from mobo_core.evaluation.kernel.configuration import forward
 from mobo_core.evaluation.kernel.geometry import place_capsules
-from mobo_core.evaluation.matrices import axis_frame, matmul, matvec, norm, transposed
+from mobo_core.evaluation.matrices import axis_frame, matmul, matvec, norm, rpy_matrix, transposed
+from mobo_core.evaluation.spec import NOWHERE, EvaluationSpec, Vector
 from mobo_core.evaluation.urdf import CheckedUrdf, check_urdf
 from mobo_core.jit.cache import interpreted
 
@@ -27,7 +28,7 @@ class Chain:
     Attributes:
         placement_r, placement_p: (n, 3, 3), (n, 3) m; joint frame at angle zero in the joint frame before
             it, the first one in the base frame.
-        tip_r, tip_p: (3, 3), (3,) m; the tip in the last joint frame.
+        tip_r, tip_p: (3, 3), (3,) m; the tool in the last joint frame. It is at the tip where no tool is given.
         lower, upper: (n,) rad.
         mass, com: (n,) kg, (n, 3) m; what joint i carries up to the next joint, in its joint frame.
         reach_radius: m, farthest the tip can be from the first joint's origin.
@@ -40,7 +41,7 @@ class Chain:
         tip: name of the tip link.
         ignored_shapes: collision shapes that are neither cylinder nor sphere nor mesh, left out.
         model: the Pinocchio model it was taken from, with these n joints.
-        tip_frame: id of the tip's frame in that model.
+        tip_frame: id of the tool's frame in that model.
     """
 
     placement_r: Array
@@ -74,11 +75,15 @@ def chain_from_urdf(
     tip: str = "",
     *,
     payload_kg: float = 0.0,
-    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81),
+    gravity: Vector = (0.0, 0.0, -9.81),
+    payload_com: Vector = NOWHERE,
+    tool_xyz: Vector = NOWHERE,
+    tool_rpy: Vector = NOWHERE,
 ) -> Chain:
-    """Check a URDF and return the chain from its root to ``tip`` (by default its only leaf link).
+    """Check a URDF and return the chain from its root to ``tip`` (by default its only leaf link), and the tool there.
 
     Joints beside the path are held at the angle nearest zero within their limits; their masses count.
+    Payload and tool are what the spec's fields of these names say.
 
     Raises:
         InputError: as :func:`mobo_core.evaluation.urdf.check_urdf`; or no such tip, several leaves and no
@@ -106,11 +111,33 @@ def chain_from_urdf(
         raise InputError(f"Pinocchio refuses it ({error})", where="urdf", expected="a URDF robot") from None
     model.gravity.linear = np.array(gravity)
     tip_frame = model.getFrameId(tip, pin.BODY)
+    if any((*tool_xyz, *tool_rpy)):
+        tip_frame = _add_tool(model, tip_frame, tool_xyz, tool_rpy)
     if payload_kg > 0:
         last = model.nv
-        at_tip = pin.Inertia(payload_kg, np.zeros(3), np.zeros((3, 3)))
-        model.appendBodyToJoint(last, at_tip, model.frames[tip_frame].placement)
+        load = pin.Inertia(payload_kg, np.array(payload_com), np.zeros((3, 3)))
+        model.appendBodyToJoint(last, load, model.frames[tip_frame].placement)
     return _flatten(model, tip_frame, tip, checked)
+
+
+def asked_chain(urdf: str | bytes, tip: str, spec: EvaluationSpec) -> Chain:
+    """Return the chain of a URDF that a spec asks about: with its gravity, payload and tool.
+
+    Raises:
+        InputError: as :func:`chain_from_urdf`.
+    """
+    return chain_from_urdf(
+        urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity, payload_com=spec.payload_com,
+        tool_xyz=spec.tool_xyz, tool_rpy=spec.tool_rpy,
+    )  # fmt: skip
+
+
+def _add_tool(model: pin.Model, tip_frame: int, xyz: Vector, rpy: Vector) -> int:
+    """Add the tool's frame to a model, and return its id."""
+    tip = model.frames[tip_frame]
+    rotation = matmul(tip.placement.rotation, rpy_matrix(rpy))
+    placed = pin.SE3(np.array(rotation), tip.placement.translation + np.array(matvec(tip.placement.rotation, xyz)))
+    return int(model.addFrame(pin.Frame("mobo_tool", tip.parentJoint, tip_frame, placed, pin.OP_FRAME)))
 
 
 def _tip(checked: CheckedUrdf, tip: str) -> str:

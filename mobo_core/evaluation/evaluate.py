@@ -13,7 +13,7 @@ from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.audit import Audit
 from mobo_core.evaluation.batch import Batch
-from mobo_core.evaluation.chain import Array, Chain, chain_from_urdf
+from mobo_core.evaluation.chain import Array, Chain, asked_chain
 from mobo_core.evaluation.engines import DRAWN, kernel_call, reference_call
 from mobo_core.evaluation.joint_torque import JointTorques
 from mobo_core.evaluation.kernel.arguments import Outputs
@@ -65,7 +65,7 @@ def evaluate(
         UnableError: the engine cannot answer, or an objective's value is not a finite number.
     """
     urdf = to_urdf(arm, space or DesignSpace()) if isinstance(arm, Design) else arm
-    chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
+    chain = asked_chain(urdf, tip, spec)
     values = _begun(objectives, chain, spec)
     centres = spec.voxel_centres()
     if engine == "kernel":
@@ -192,7 +192,7 @@ def solve_poses(
     Raises:
         InputError: the URDF or the tip is not fit.
     """
-    chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
+    chain = asked_chain(urdf, tip, spec)
     one = spec.model_copy(update={"poses_per_voxel": 1})
     m = len(positions)
     given = np.ascontiguousarray(rotations, dtype=float).reshape(m, 1, 3, 3)

@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mobo_core.jit.cache import interpreted
+from mobo_core.jit.numerics import sin_cos
+
 Vector = Sequence[float] | NDArray[np.float64]
 Matrix = Sequence[Sequence[float]] | NDArray[np.float64]
 
@@ -21,6 +24,16 @@ def axis_frame(axis: Vector) -> list[list[float]]:
     x = [v / norm for v in x]
     y = [axis[(i + 1) % 3] * x[(i + 2) % 3] - axis[(i + 2) % 3] * x[(i + 1) % 3] for i in range(3)]
     return [[x[i], y[i], axis[i]] for i in range(3)]
+
+
+def rpy_matrix(rpy: Vector) -> list[list[float]]:
+    """Return the rotation by roll, pitch and yaw (rad) about fixed axes, as URDF has them."""
+    (sr, cr), (sp, cp), (sy, cy) = (interpreted(sin_cos)(float(angle)) for angle in rpy)
+    return [
+        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+        [-sp, cp * sr, cp * cr],
+    ]
 
 
 def _numbers(a: Any) -> Any:

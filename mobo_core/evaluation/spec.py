@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from mobo_core.errors import InputError
 from mobo_core.settings import Settings
@@ -18,6 +18,11 @@ MAX_POSES = 50_000_000
 MOST_RULES = 3
 
 Vector = tuple[float, float, float]
+NOWHERE: Vector = (0.0, 0.0, 0.0)
+# Fields that came later: left out of what is written where they ask for nothing, so that a question that older
+# versions could ask reads, and compares, as they wrote it.
+LATER = ("payload_com", "tool_xyz", "tool_rpy")
+_MOST = 1e3  # m or rad
 
 
 class EvaluationSpec(Settings):
@@ -39,12 +44,15 @@ class EvaluationSpec(Settings):
     )
     restarts: int = Field(5, ge=0, le=1000, description="attempts after the first")
     iterations: int = Field(50, ge=1, le=10000, description="most steps in one attempt")
-    position_tolerance: float = Field(1e-3, gt=0, le=1, description="m, of the tip from the pose")
+    position_tolerance: float = Field(1e-3, gt=0, le=1, description="m, of the tool from the pose")
     rotation_tolerance: float = Field(math.radians(1), gt=0, le=math.pi, description="rad, likewise")
     orientation: Literal["full"] = Field("full", description="what of a pose's orientation counts")
     self_collision: bool = Field(True, description="whether links must not touch each other")
     gravity: Vector = Field((0.0, 0.0, -9.81), description="m/s^2, base frame")
-    payload_kg: float = Field(0.0, ge=0, le=1e4, description="kg, a point at the tip")
+    payload_kg: float = Field(0.0, ge=0, le=1e4, description="kg, a point at the tool")
+    payload_com: Vector = Field(NOWHERE, description="m, where the payload's centre of mass is, in the tool's frame")
+    tool_xyz: Vector = Field(NOWHERE, description="m, the tool's point in the frame of the tip: what has to reach")
+    tool_rpy: Vector = Field(NOWHERE, description="rad, roll, pitch, yaw about the tip's fixed axes: the tool's frame")
     solution: Literal["first", "least_torque"] = Field(
         "first", description="which solution of a pose counts: the first found, or that of least torque"
     )
@@ -64,6 +72,22 @@ class EvaluationSpec(Settings):
                 raise ValueError(f"sides that are whole numbers of voxels of {self.voxel_size:g} m, within 1 km")
         return self
 
+    @model_validator(mode="after")
+    def _measures(self) -> EvaluationSpec:
+        for name in ("payload_com", "tool_xyz", "tool_rpy"):
+            if max(map(abs, getattr(self, name))) > _MOST:
+                raise ValueError(f"{name} of {_MOST:g} at most, either way")
+        return self
+
+    @model_serializer(mode="wrap")
+    def _written(self, write: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, object]:
+        values: dict[str, object] = write(self)
+        if (info.context or {}).get("full"):
+            return values
+        fields = type(self).model_fields
+        idle = {name for name in LATER if getattr(self, name) == fields[name].default}
+        return {name: value for name, value in values.items() if name not in idle}
+
     def _sizes(self) -> list[float]:
         return [b - a for a, b in zip(self.workspace_min, self.workspace_max, strict=True)]
 
@@ -82,6 +106,11 @@ class EvaluationSpec(Settings):
     def n_voxels(self) -> int:
         """Number of voxels in all; the largest reach an arm can score."""
         return math.prod(self.shape)
+
+    @property
+    def tool_length(self) -> float:
+        """Distance of the tool's point from the tip, m."""
+        return math.sqrt(math.fsum(v * v for v in self.tool_xyz))
 
     def voxel_centres(self) -> NDArray[np.float64]:
         """Return the voxel centres in metres, base frame, shape (n_voxels, 3), index (ix*ny + iy)*nz + iz."""

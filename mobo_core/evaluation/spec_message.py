@@ -9,7 +9,7 @@ from mobo_core.evaluation.spec import MOST_RULES, EvaluationSpec
 from mobo_core.messages import SpecMessage
 
 # Fields that are reserved: what they hold in a question that asks nothing of them.
-_RESERVED = ("payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles", "target_poses")
+_RESERVED = ("floor_z", "obstacles", "target_poses")
 _NEUTRAL = SpecMessage()
 
 

@@ -1,0 +1,24 @@
+"""What a spec asks beyond reaching poses in voxels, in words. Light to import."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from mobo_core.evaluation.spec import EvaluationSpec
+
+
+def further_asked(spec: EvaluationSpec) -> list[str]:
+    """Return a phrase for each thing a spec asks for beyond the paper's question: payload, tool."""
+    phrases = []
+    if spec.payload_kg:
+        at = f" with its centre at {_numbers(spec.payload_com)} m in the tool's frame" if any(spec.payload_com) else ""
+        phrases.append(f"payload {spec.payload_kg:g} kg{at}")
+    if any((*spec.tool_xyz, *spec.tool_rpy)):
+        turned = f", turned by {_numbers(map(math.degrees, spec.tool_rpy))}°" if any(spec.tool_rpy) else ""
+        phrases.append(f"tool at {_numbers(spec.tool_xyz)} m from the tip{turned}")
+    return phrases
+
+
+def _numbers(values: Sequence[float] | map[float]) -> str:
+    return " ".join(f"{value:.4g}" for value in values)
