@@ -24,6 +24,7 @@ from mobo_core.evaluation.kernel.configuration import DAMPING_FLOOR, DAMPING_GAI
 from mobo_core.evaluation.kernel.geometry import any_pair_collides, place_capsules, segment_distance_squared
 from mobo_core.evaluation.kernel.lanes import lane_jacobian_source, lane_step_source, state_size
 from mobo_core.evaluation.kernel.load import kernel
+from mobo_core.evaluation.kernel.orientation import FREE_ROLL, FULL, NONE, ORIENTATIONS
 from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.reference import tool_error as reference_tool_error
@@ -136,7 +137,11 @@ class Lanes:
         self.constants = lane_constants(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
 
     def step(
-        self, position_tolerance: float = 0.0, rotation_tolerance: float = 0.0, weight: float = 1.0
+        self,
+        position_tolerance: float = 0.0,
+        rotation_tolerance: float = 0.0,
+        weight: float = 1.0,
+        orientation: int = FULL,
     ) -> tuple[Array, Array, Array]:
         """Return the configurations after one step, and the squared norms of the errors before it."""
         rows = [self.q, self.target_r.reshape(LANES, 9), self.target_p, np.full((LANES, 2), np.nan)]
@@ -144,8 +149,9 @@ class Lanes:
         state[: (self.n + 14) * LANES] = np.hstack(rows).T.ravel()
         chain = self._chain
         kernel(chain.n).lane_step(
-            state, self.constants, chain.lower, chain.upper, weight, position_tolerance**2, rotation_tolerance**2
-        )
+            state, self.constants, chain.lower, chain.upper, weight, orientation,
+            position_tolerance**2, rotation_tolerance**2,
+        )  # fmt: skip
         after = state.reshape(-1, LANES)
         return after[: self.n].T.copy(), after[self.n + 12].copy(), after[self.n + 13].copy()
 
@@ -163,14 +169,23 @@ def lanes_of(chain: Chain, seed: int, at_limits: float = 0.2) -> Lanes:
     return lanes
 
 
-def expected_step(chain: Chain, q: Array, target_r: Array, target_p: Array) -> tuple[Array, float, float]:
+def expected_step(
+    chain: Chain, q: Array, target_r: Array, target_p: Array, orientation: int = FULL
+) -> tuple[Array, float, float]:
     """Return the damped step by Pinocchio's kinematics and NumPy's linear algebra, and the squared errors."""
     model = ReferenceModel(chain)
     tip, rows = model.tip(q), model.jacobian(q)
-    turn = pin.log3(target_r @ tip.rotation.T)
+    turn, free = pin.log3(target_r @ tip.rotation.T), np.zeros((3, 3))
+    if orientation == FREE_ROLL:
+        # The shortest turn that brings one z axis to the other; what is free is a turn about the tool's.
+        turn = pin.log3(pin.Quaternion.FromTwoVectors(tip.rotation[:, 2], target_r[:, 2]).toRotationMatrix())
+        free = np.outer(tip.rotation[:, 2], tip.rotation[:, 2])
+    elif orientation == NONE:
+        turn, free = np.zeros(3), np.eye(3)
+    rows = np.concatenate([rows[:3], (np.eye(3) - free) @ rows[3:]])
     angle = float(np.linalg.norm(turn))
     shift = target_p - tip.translation
-    error = np.concatenate([shift, 2 * math.sin(angle / 2) * turn / angle])
+    error = np.concatenate([shift, 2 * math.sin(angle / 2) * turn / max(angle, 1e-300)])
     slope = rows.T @ error
     rows[:, ((q <= chain.lower) & (slope < 0)) | ((q >= chain.upper) & (slope > 0))] = 0.0
     e_position, e_rotation = float(shift @ shift), 4 * math.sin(angle / 2) ** 2
@@ -180,13 +195,13 @@ def expected_step(chain: Chain, q: Array, target_r: Array, target_p: Array) -> t
     return np.clip(q + step, chain.lower, chain.upper), e_position, e_rotation
 
 
-@given(any_chain, st.integers(0, 10**6))
-def test_step(chain: Chain, seed: int) -> None:
+@given(any_chain, st.integers(0, 10**6), st.sampled_from(sorted(ORIENTATIONS.values())))
+def test_step(chain: Chain, seed: int, orientation: int) -> None:
     """One step is that of damped least squares by Pinocchio: joints at a limit they push against do not move."""
     lanes = lanes_of(chain, seed)
-    after, e_position, e_rotation = lanes.step()
+    after, e_position, e_rotation = lanes.step(orientation=orientation)
     for lane in range(LANES):
-        expected = expected_step(chain, lanes.q[lane], lanes.target_r[lane], lanes.target_p[lane])
+        expected = expected_step(chain, lanes.q[lane], lanes.target_r[lane], lanes.target_p[lane], orientation)
         assert e_position[lane] == pytest.approx(expected[1], abs=1e-12)
         if expected[2] < 3.99:  # nearer to half a turn the axis is lost to rounding
             assert e_rotation[lane] == pytest.approx(expected[2], abs=1e-11)

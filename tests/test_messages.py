@@ -213,7 +213,7 @@ def test_classes_and_definitions_agree() -> None:
         ("poses_per_voxel", 0, "poses_per_voxel = 0"),
         ("gravity", np.array([0, 0, math.inf]), "gravity.2 = inf"),
         ("workspace_max", np.array([-0.5, 0.5, 0.5]), "at least one voxel"),
-        ("orientation", "free_roll", "orientation = 'free_roll'; expected 'full'"),
+        ("orientation", "some", "orientation = 'some'; expected 'full'"),
         ("ik_mode", "", "ik_mode = ''"),
         ("seed", 2**64 - 1, "seed"),
     ],

@@ -125,7 +125,7 @@ def test_voxel_index(shape: tuple[int, int, int], size: float, corner: tuple[int
         ({"seed": 2**63}, (f"seed = {2**63}",)),
         ({"self_collision": "perhaps"}, ("self_collision = 'perhaps'", "boolean")),
         ({"ik_mode": "magic"}, ("ik_mode = 'magic'", "'paper'")),
-        ({"orientation": "free_roll"}, ("orientation = 'free_roll'", "'full'")),
+        ({"orientation": "some"}, ("orientation = 'some'", "'full'", "'free_roll'", "'none'")),
         ({"solution": "best"}, ("solution = 'best'", "'first'", "'least_torque'")),
         ({"poses": 30}, ("unknown field 'poses'", "poses_per_voxel")),
         ({1: 2}, ("unknown field '1'",)),

@@ -1,8 +1,9 @@
-"""What a spec may ask beyond the paper's question: a tool."""
+"""What a spec may ask beyond the paper's question: a tool, and part of the orientation alone."""
 
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mobo_core.design import DesignSpace
-from mobo_core.evaluation import EvaluationSpec
+from mobo_core.evaluation import EvaluationSpec, load_spec
 from mobo_core.evaluation.chain import asked_chain
-from mobo_core.evaluation.evaluate import evaluate
+from mobo_core.evaluation.evaluate import evaluate, solve_poses
+from mobo_core.evaluation.kernel.orientation import aim
 from mobo_core.evaluation.matrices import rpy_matrix
 from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.spec_message import spec_from_message, spec_to_message
@@ -106,3 +108,67 @@ def test_a_lateral_tool_has_no_mirror_twin() -> None:
     assert exact_twins(orders, space, EvaluationSpec(tool_xyz=(0.0, 0.0, 0.1))) == twins
     assert exact_twins(orders, space, EvaluationSpec(tool_xyz=(0.1, 0.0, 0.0))) == {}
     assert exact_twins(orders, space, EvaluationSpec(tool_rpy=(0.1, 0.0, 0.0))) == {}
+
+
+@pytest.mark.parametrize("orientation", ["free_roll", "none"])
+def test_free_orientations_are_the_references(orientation: str) -> None:
+    """Kernel and reference engine reach the same poses in as many attempts where orientation counts in part."""
+    spec = small_spec(orientation=orientation, poses_per_voxel=1, restarts=1, position_tolerance=0.01)
+    fast = evaluate(random_arm(2), spec, tip="flange", audit_poses=20)
+    reference = evaluate(random_arm(2), spec, tip="flange", engine="reference")
+    assert (fast.reach, fast.attempts) == (reference.reach, reference.attempts)
+    assert fast.torque == pytest.approx(reference.torque, abs=1e-6)
+    assert fast.reach > 2
+    assert fast.audit_fault == ""
+
+
+FIVE = arm("YPPYP", (0.05, 0.25, 0.2, 0.0, 0.1), n_joints=5)
+
+
+@pytest.mark.parametrize("ik", ["paper", "mobo"])
+def test_what_is_free_changes_no_bit(ik: str) -> None:
+    """Poses that differ by a roll alone, or of any orientation, have the same solutions where that does not count."""
+    spec, rng = load_spec(ik), np.random.default_rng(1)
+    positions = rng.uniform(-0.3, 0.3, (40, 3)) + [0, 0, 0.2]
+    turned = np.array([rpy_matrix(rng.uniform(-3, 3, 3)) for _ in positions])
+    rolled = turned.copy()
+    rolled[:, :, 0], rolled[:, :, 1] = turned[:, :, 1], -turned[:, :, 0]
+    other = np.array([rpy_matrix(rng.uniform(-3, 3, 3)) for _ in positions])
+    for orientation, also in (("free_roll", rolled), ("none", other)):
+        asked = spec.model_copy(update={"orientation": orientation})
+        outcome, q, torque = solve_poses(FIVE, asked, positions, turned)
+        again = solve_poses(FIVE, asked, positions, also)
+        assert (outcome == 0).sum() > 10
+        for one, two in zip((outcome, q, torque), again, strict=True):
+            assert one.tobytes() == two.tobytes()
+        for i in np.flatnonzero(outcome == 0):
+            tool = ReferenceModel(asked_chain(FIVE, "", asked)).tip(q[i])
+            assert np.linalg.norm(tool.translation - positions[i]) <= 1e-3 + 1e-12
+            if orientation == "free_roll":
+                assert math.acos(min(1.0, tool.rotation[:, 2] @ turned[i, :, 2])) <= math.radians(1) + 1e-9
+
+
+def test_five_joints_reach_what_they_can() -> None:
+    """Of poses taken from configurations of five joints, nearly all are reached where the roll is free."""
+    spec = load_spec("mobo").model_copy(update={"orientation": "free_roll"})
+    chain = asked_chain(FIVE, "", spec)
+    model, rng, poses = ReferenceModel(chain), np.random.default_rng(4), []
+    while len(poses) < 200:
+        q = rng.uniform(chain.lower, chain.upper)
+        if model.clearance(q) > 0:
+            poses.append(model.tip(q).copy())
+    rolled = [pose.rotation @ rpy_matrix((0, 0, rng.uniform(-3, 3))) for pose in poses]
+    outcome, _, _ = solve_poses(FIVE, spec, np.array([p.translation for p in poses]), np.array(rolled))
+    assert (outcome == 0).sum() >= 198
+
+
+@given(st.integers(0, 10**6))
+def test_starts_are_compared_by_what_counts(seed: int) -> None:
+    """What `aim` gives measures 4 sin^2 of half the angle of orientations, or of z axes; or nothing."""
+    rng, aimed = np.random.default_rng(seed), np.empty((3, 3))
+    target, sample = (np.array(rpy_matrix(rng.uniform(-3, 3, 3))) for _ in range(2))
+    angle = float(np.linalg.norm(pin.log3(sample.T @ target)))
+    tilt = math.acos(min(1.0, max(-1.0, sample[:, 2] @ target[:, 2])))
+    for orientation, expected in enumerate((angle, tilt, 0.0)):
+        level = float(aim(orientation, target, aimed))
+        assert level - float((aimed * sample).sum()) == pytest.approx(4 * math.sin(expected / 2) ** 2, abs=1e-9)

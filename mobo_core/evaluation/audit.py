@@ -29,6 +29,12 @@ class _Accepted(NamedTuple):
         return cls(int(found.voxel[i]), int(found.pose[i]), found.q[i].copy(), float(found.torque[i]))
 
 
+def _angle(rotation: Array, target_r: Array, orientation: str) -> float:
+    """Return by how much, in rad, a tool is turned from its target, as far as that counts."""
+    if orientation == "full":
+        return float(np.linalg.norm(pin.log3(rotation.T @ target_r)))
+    axis, target = rotation[:, 2], target_r[:, 2]
+    return math.atan2(float(np.linalg.norm(np.cross(axis, target))), axis @ target) if orientation != "none" else 0.0
 
 
 class Audit:
@@ -81,7 +87,7 @@ class Audit:
             target_rotation(spec.seed, voxel, pose, target_r)
             tip = model.tip(q)
             position = float(np.linalg.norm(tip.translation - centres[voxel]))
-            angle = float(np.linalg.norm(pin.log3(tip.rotation.T @ target_r)))
+            angle = _angle(tip.rotation, target_r, spec.orientation)
             torque = abs(float(np.linalg.norm(model.torque(q))) - reported)
             clearance = model.clearance(q) if spec.self_collision else math.inf
             beyond = float(max(np.max(chain.lower - q), np.max(q - chain.upper)))

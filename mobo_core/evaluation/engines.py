@@ -12,6 +12,7 @@ from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.effort import effort as effort_of
 from mobo_core.evaluation.kernel.arguments import Arm, Effort, Outputs, Question, Starts, Table, lane_constants
 from mobo_core.evaluation.kernel.load import kernel
+from mobo_core.evaluation.kernel.orientation import ORIENTATIONS
 from mobo_core.evaluation.kernel.starts import no_table
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.evaluation.tables import share, start_table_1, start_table_2
@@ -36,6 +37,7 @@ def _question(spec: EvaluationSpec, centres: Array, rotations: Array) -> Questio
         centres, rotations, spec.seed, spec.poses_per_voxel, spec.restarts + 1, spec.iterations,
         spec.position_tolerance, half_angle_sine(spec.rotation_tolerance),
         spec.self_collision, spec.solution == "least_torque", np.array(spec.gravity),
+        ORIENTATIONS[spec.orientation],
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ import pinocchio as pin
 from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.kernel import configuration as kernel
 from mobo_core.evaluation.kernel.arguments import Outputs, Question
+from mobo_core.evaluation.kernel.orientation import FREE_ROLL, FULL
 from mobo_core.jit.numerics import random_start, target_rotation
 
 
@@ -82,16 +83,38 @@ def _capsule_placement(a: Array, b: Array) -> pin.SE3:
     return pin.SE3(rotation, (a + b) / 2)
 
 
-def tool_error(tip: pin.SE3, target_r: Array, target_p: Array) -> tuple[Array, float, float]:
+def tool_error(
+    tip: pin.SE3, target_r: Array, target_p: Array, orientation: int = FULL
+) -> tuple[Array, float, float]:
     """Return the six errors of the tool at ``tip`` and their squared norms, as the kernel has them."""
+    if orientation != FULL:
+        return _free_error(tip, target_r, target_p, orientation)
     relative = target_r @ tip.rotation.T
     sine = 0.5 * np.array(
         [relative[2, 1] - relative[1, 2], relative[0, 2] - relative[2, 0], relative[1, 0] - relative[0, 1]]
     )
     trace = relative[0, 0] + relative[1, 1] + relative[2, 2]
-    position, orientation = target_p - tip.translation, 2.0 * sine / math.sqrt(max(1.0 + trace, kernel.HALF_TURN))
-    e_rotation = float(orientation @ orientation if 1.0 + trace > kernel.HALF_TURN else 3.0 - trace)
-    return np.concatenate([position, orientation]), float(position @ position), e_rotation
+    position, turn = target_p - tip.translation, 2.0 * sine / math.sqrt(max(1.0 + trace, kernel.HALF_TURN))
+    e_rotation = float(turn @ turn if 1.0 + trace > kernel.HALF_TURN else 3.0 - trace)
+    return np.concatenate([position, turn]), float(position @ position), e_rotation
+
+
+def _free_error(tip: pin.SE3, target_r: Array, target_p: Array, orientation: int) -> tuple[Array, float, float]:
+    """Return the same where the z axes of tool and target count alone, or not even they."""
+    position, tool, target = target_p - tip.translation, tip.rotation[:, 2], target_r[:, 2]
+    turn, e_rotation = np.zeros(3), 0.0
+    if orientation == FREE_ROLL:
+        cosine = float(tool @ target)
+        turn = np.cross(tool, target) * math.sqrt(2.0 / max(1.0 + cosine, kernel.HALF_TURN))
+        e_rotation = float(turn @ turn) if 1.0 + cosine > kernel.HALF_TURN else 2.0 - 2.0 * cosine
+    return np.concatenate([position, turn]), float(position @ position), e_rotation
+
+
+def _that_count(jac: Array, tip: pin.SE3, orientation: int) -> Array:
+    """Return a Jacobian (6, n) without the turns that do not count."""
+    axis = tip.rotation[:, 2]
+    kept = {FULL: np.eye(3), FREE_ROLL: np.eye(3) - np.outer(axis, axis)}.get(orientation, np.zeros((3, 3)))
+    return np.concatenate([jac[:3], kept @ jac[3:]])
 
 
 def evaluate_voxels_reference(chain: Chain, question: Question, first: int, last: int, out: Outputs) -> None:
@@ -136,12 +159,13 @@ def _solve(
     """Improve ``q`` in place; return whether it converged, and the number of steps."""
     lower, upper = model.chain.lower, model.chain.upper
     for iteration in range(question.iterations + 1):
-        error, e_position, e_rotation = tool_error(model.tip(q), target_r, target_p)
+        tip = model.tip(q).copy()
+        error, e_position, e_rotation = tool_error(tip, target_r, target_p, question.orientation)
         if e_position <= question.position_tolerance**2 and e_rotation <= question.half_angle_sine**2:
             return True, iteration
         if iteration == question.iterations:
             break
-        jac = model.jacobian(q)
+        jac = _that_count(model.jacobian(q), tip, question.orientation)
         gradient = jac.T @ error
         frozen = ((q <= lower) & (gradient < 0)) | ((q >= upper) & (gradient > 0))
         jac[:, frozen] = 0.0

@@ -46,7 +46,9 @@ class EvaluationSpec(Settings):
     iterations: int = Field(50, ge=1, le=10000, description="most steps in one attempt")
     position_tolerance: float = Field(1e-3, gt=0, le=1, description="m, of the tool from the pose")
     rotation_tolerance: float = Field(math.radians(1), gt=0, le=math.pi, description="rad, likewise")
-    orientation: Literal["full"] = Field("full", description="what of a pose's orientation counts")
+    orientation: Literal["full", "free_roll", "none"] = Field(
+        "full", description="what of a pose's orientation counts: all, all but roll about the tool's z axis, nothing"
+    )
     self_collision: bool = Field(True, description="whether links must not touch each other")
     gravity: Vector = Field((0.0, 0.0, -9.81), description="m/s^2, base frame")
     payload_kg: float = Field(0.0, ge=0, le=1e4, description="kg, a point at the tool")

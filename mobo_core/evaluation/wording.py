@@ -7,10 +7,12 @@ from collections.abc import Sequence
 
 from mobo_core.evaluation.spec import EvaluationSpec
 
+_FREE = {"free_roll": "roll about the tool's z axis free", "none": "position alone, in any orientation"}
+
 
 def further_asked(spec: EvaluationSpec) -> list[str]:
-    """Return a phrase for each thing a spec asks for beyond the paper's question: payload, tool."""
-    phrases = []
+    """Return a phrase for each thing a spec asks for beyond the paper's question: orientation, payload, tool."""
+    phrases = [_FREE[spec.orientation]] if spec.orientation in _FREE else []
     if spec.payload_kg:
         at = f" with its centre at {_numbers(spec.payload_com)} m in the tool's frame" if any(spec.payload_com) else ""
         phrases.append(f"payload {spec.payload_kg:g} kg{at}")

@@ -128,6 +128,7 @@ class Question(NamedTuple):
 
     ``centres`` (voxels, 3) m; ``rotations`` (voxels, poses, 3, 3), or empty to have them drawn from ``seed``.
     ``half_angle_sine`` is twice the sine of half the rotation tolerance; ``gravity`` (3,) m/s^2.
+    ``orientation``: see :mod:`mobo_core.evaluation.kernel.orientation`.
     """
 
     centres: Floats
@@ -141,6 +142,7 @@ class Question(NamedTuple):
     self_collision: bool
     least_torque: bool
     gravity: Floats
+    orientation: int
 
 
 class Outputs(NamedTuple):

@@ -41,6 +41,7 @@ from mobo_core.evaluation.kernel.near import (
     gather,
     leave_out,
 )
+from mobo_core.evaluation.kernel.orientation import aim
 from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import WEIGHT
 from mobo_core.evaluation.kernel.sweep import lane_forward, lane_state, lane_step
@@ -91,7 +92,8 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
     out_outcome, out_torque, out_q, out_effort = out.outcome, out.torque, out.q, out.effort
     n = lower.shape[0]
     axes, origins, rotations_of_joints = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
-    tip, target_r = np.empty((4, 3)), np.empty((3, 3))
+    tip, target_r, aimed = np.empty((4, 3)), np.empty((3, 3)), np.empty((3, 3))
+    orientation = question.orientation
     ends = np.empty((capsule_joint.shape[0], 2, 3))
     q, torque = np.empty(n), np.empty(n)
     free_lower, free_upper = lower.copy(), upper.copy()
@@ -144,7 +146,8 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
                         target_r[k // 3, k % 3] = rotations[first + row, pose, k // 3, k % 3]
                 else:
                     target_rotation(seed, first + row, pose, target_r)
-                best_of_groups(blocks, n_blocks, target_r, near, near_codes, best, lane, keys, codes)
+                level = aim(orientation, target_r, aimed)
+                best_of_groups(blocks, n_blocks, aimed, level, near, near_codes, best, lane, keys, codes)
                 lane_key[lane] = leave_out(NONE, lane, keys, codes)
                 lane_cap[lane] = worth_of(
                     (lane_key[lane] >> SAMPLE_BITS) * effort.score_unit, effort.far, effort.far_worth, effort.most_worth
@@ -188,7 +191,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
             out_effort[at, 0] += 1
         if active == 0:
             return
-        lane_step(state, constants, free_lower, free_upper, WEIGHT, e_position_max, e_rotation_max)
+        lane_step(state, constants, free_lower, free_upper, WEIGHT, orientation, e_position_max, e_rotation_max)
         n_ended = 0
         for lane in range(LANES):
             e_position, e_rotation = state[(n + 12) * LANES + lane], state[(n + 13) * LANES + lane]

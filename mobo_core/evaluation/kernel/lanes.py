@@ -15,9 +15,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from mobo_core.evaluation.kernel.configuration import DAMPING_FLOOR, DAMPING_GAIN, HALF_TURN, MAX_STEP
+from mobo_core.evaluation.kernel.free import lane_linearise_free_source
+from mobo_core.evaluation.kernel.orientation import FULL
 from mobo_core.evaluation.kernel.places import lane_places_source
 from mobo_core.evaluation.kernel.rows import LANES, MATRIX, Rows, at, function, halves, lanes, load, store
 
+STEP_ARGUMENTS = "state, constants, lower, upper, weight, orientation, e_position_max, e_rotation_max"
 _AXES = "xyz"
 _ERROR = ("ex", "ey", "ez", "sx", "sy", "sz")
 _FRAME = [f"b{r}{c}" for r in range(3) for c in range(3)]
@@ -31,27 +34,30 @@ def state_size(n: int) -> int:
 
 
 def lane_step_source(n: int) -> str:
-    """Return the source of ``lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)``.
+    """Return the source of ``lane_step``, whose arguments are STEP_ARGUMENTS.
 
     ``state`` is flat, :func:`state_size` numbers, best at a multiple of 64 bytes. Its rows of LANES numbers are: n
     joint angles (rad); 9 of the target's rotation, row by row, and 3 of its position (m); the squared norms of the
     errors of position and orientation, which the step writes; then work space. ``constants`` are those of
     :func:`mobo_core.evaluation.kernel.arguments.lane_constants`. ``weight`` is what an error of 1 m counts against
-    one of 1 rad. Angles of lanes within both tolerances stay as they are.
+    one of 1 rad, ``orientation`` what of a pose's counts
+    (:mod:`mobo_core.evaluation.kernel.orientation`). Angles of lanes within both tolerances stay as they are.
     """
     rows = Rows(n)
     limits = [f"lower{i}, upper{i} = lower[{i}], upper[{i}]" for i in range(n)]
     linearise = [*limits, *lanes(_errors(rows)), *halves(_slopes(rows, n)), *lanes(_matrix(rows, n))]
     step = [
         "lane_places(state, constants)",
-        "lane_linearise(state, lower, upper, weight)",
+        f"if orientation == {FULL}: lane_linearise(state, lower, upper, weight)",
+        "else: lane_linearise_free(state, lower, upper, weight, orientation)",
         "lane_move(state, lower, upper, e_position_max, e_rotation_max)",
     ]
     functions = (
         lane_places_source(n),
         function("lane_linearise(state, lower, upper, weight)", linearise),
+        lane_linearise_free_source(n),
         function(step[-1], [*limits, *halves(_solve(rows)), *halves(_move(rows, n))]),
-        function("lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max)", step),
+        function(f"lane_step({STEP_ARGUMENTS})", step),
     )
     return "\n\n".join(functions)
 

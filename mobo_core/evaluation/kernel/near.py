@@ -154,16 +154,17 @@ def gather(x, y, z, gx, gy, gz, radius, table_codes, order, cell_first, poses, b
 
 
 @compiled
-def best_of_groups(blocks, n_blocks, target_r, numbers, codes, best, lane, keys, group_codes):
+def best_of_groups(blocks, n_blocks, aimed, level, numbers, codes, best, lane, keys, group_codes):
     """Write the keys of the best samples of the groups for a pose, and their codes, into row ``lane``.
 
     A key is 4 sin^2(angle / 2) plus the weighed squared distance, in units of SCALE, and then the sample's number.
-    ``target_r`` (3, 3) is the pose's orientation, its position that of :func:`gather`, which gave ``blocks``,
+    ``aimed`` (3, 3) and ``level`` are of the pose's orientation
+    (:func:`mobo_core.evaluation.kernel.orientation.aim`), its position that of :func:`gather`, which gave ``blocks``,
     ``numbers`` and ``codes``. ``best`` (2 * GROUPS,) is work space: scores, and blocks.
     """
-    t0, t1, t2 = np.float32(target_r[0, 0]), np.float32(target_r[0, 1]), np.float32(target_r[0, 2])
-    t3, t4, t5 = np.float32(target_r[1, 0]), np.float32(target_r[1, 1]), np.float32(target_r[1, 2])
-    t6, t7, t8 = np.float32(target_r[2, 0]), np.float32(target_r[2, 1]), np.float32(target_r[2, 2])
+    t0, t1, t2 = np.float32(aimed[0, 0]), np.float32(aimed[0, 1]), np.float32(aimed[0, 2])
+    t3, t4, t5 = np.float32(aimed[1, 0]), np.float32(aimed[1, 1]), np.float32(aimed[1, 2])
+    t6, t7, t8 = np.float32(aimed[2, 0]), np.float32(aimed[2, 1]), np.float32(aimed[2, 2])
     for j in range(GROUPS):
         best[j] = _FAR_OFF
         best[GROUPS + j] = np.float32(0.0)
@@ -181,7 +182,7 @@ def best_of_groups(blocks, n_blocks, target_r, numbers, codes, best, lane, keys,
             best[GROUPS + j] = number if better else best[GROUPS + j]
     for j in range(GROUPS):
         i = int(best[GROUPS + j]) * GROUPS + j
-        score = max((best[j] + np.float32(3.0)) * SCALE, np.float32(0.0))
+        score = max((best[j] + level) * SCALE, np.float32(0.0))
         keys[lane, j] = (np.int64(score) << SAMPLE_BITS) | numbers[i] if best[j] < _FAR_OFF else OUT
         group_codes[lane, j] = codes[i]
 

@@ -111,15 +111,16 @@ def gather_near(point, enough, centre, radius, cell_first, poses, near, near_ind
 
 
 @compiled
-def choose_starts(near, near_index, count, target_r, scores, chosen, chosen_scores):
+def choose_starts(near, near_index, count, aimed, scores, chosen, chosen_scores):
     """Write the table places of the samples nearest to a pose, nearest first, into ``chosen``; return how many.
 
-    ``target_r`` (3, 3) is the pose's orientation, its position that of :func:`gather_near`. ``scores`` (m,)
+    ``aimed`` (3, 3) is of the pose's orientation (:func:`mobo_core.evaluation.kernel.orientation.aim`), its position
+    that of :func:`gather_near`. ``scores`` (m,)
     and ``chosen_scores`` are work space.
     """
-    t0, t1, t2 = target_r[0, 0], target_r[0, 1], target_r[0, 2]
-    t3, t4, t5 = target_r[1, 0], target_r[1, 1], target_r[1, 2]
-    t6, t7, t8 = target_r[2, 0], target_r[2, 1], target_r[2, 2]
+    t0, t1, t2 = aimed[0, 0], aimed[0, 1], aimed[0, 2]
+    t3, t4, t5 = aimed[1, 0], aimed[1, 1], aimed[1, 2]
+    t6, t7, t8 = aimed[2, 0], aimed[2, 1], aimed[2, 2]
     for i in range(count):
         trace = t0 * near[0, i] + t1 * near[1, i] + t2 * near[2, i] + t3 * near[3, i] + t4 * near[4, i]
         trace += t5 * near[5, i] + t6 * near[6, i] + t7 * near[7, i] + t8 * near[8, i]

@@ -20,6 +20,7 @@ from mobo_core.evaluation.kernel.configuration import (
     gravity_torque,
 )
 from mobo_core.evaluation.kernel.geometry import any_pair_collides
+from mobo_core.evaluation.kernel.orientation import aim
 from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import BLIND, STALL_4, STALL_5, STALL_6, WEIGHT, choose_starts, gather_near
 from mobo_core.jit.numerics import random_start, target_rotation
@@ -28,7 +29,7 @@ from mobo_core.jit.numerics import random_start, target_rotation
 STATE = 0
 
 
-def lane_step(state, constants, lower, upper, weight, e_position_max, e_rotation_max):
+def lane_step(state, constants, lower, upper, weight, orientation, e_position_max, e_rotation_max):
     """Stand for the generated function of this name."""
     raise TypeError("only the compiled modules have it")
 
@@ -85,7 +86,8 @@ def evaluate_voxels(arm, table, question, first, last, out):
     out_outcome, out_torque, out_q, out_effort = out.outcome, out.torque, out.q, out.effort
     n = lower.shape[0]
     axes, origins, rotations_of_joints = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
-    tip, target_r = np.empty((4, 3)), np.empty((3, 3))
+    tip, target_r, aimed = np.empty((4, 3)), np.empty((3, 3)), np.empty((3, 3))
+    orientation = question.orientation
     ends = np.empty((arm.capsule_joint.shape[0], 2, 3))
     q, torque = np.empty(n), np.empty(n)
     e_position_max = question.position_tolerance * question.position_tolerance
@@ -131,8 +133,9 @@ def evaluate_voxels(arm, table, question, first, last, out):
                     target_rotation(question.seed, first + row, pose, target_r)
                 lane_starts[lane] = 0
                 if samples > 0:
+                    aim(orientation, target_r, aimed)
                     lane_starts[lane] = choose_starts(
-                        near, near_index, n_near, target_r, scores, starts[lane], start_scores
+                        near, near_index, n_near, aimed, scores, starts[lane], start_scores
                     )
                 for k in range(9):
                     state[(n + k) * LANES + lane] = target_r[k // 3, k % 3]
@@ -159,11 +162,11 @@ def evaluate_voxels(arm, table, question, first, last, out):
                 out_effort[at, 0] += 1
         if active == 0:
             return
-        lane_step(state, arm.constants, lower, upper, weight, e_position_max, e_rotation_max)
+        lane_step(state, arm.constants, lower, upper, weight, orientation, e_position_max, e_rotation_max)
         while not any_ends(state, n + 12, lane_iteration, e_position_max, e_rotation_max, stalls, most):
             for lane in range(LANES):
                 lane_iteration[lane] += 1
-            lane_step(state, arm.constants, lower, upper, weight, e_position_max, e_rotation_max)
+            lane_step(state, arm.constants, lower, upper, weight, orientation, e_position_max, e_rotation_max)
         for lane in range(LANES):
             at = lane_row[lane]
             if at < 0:

@@ -26,7 +26,7 @@ def run(module: ModuleType, n: int) -> None:
         np.stack([eye] * n), np.zeros((n, 3)), eye, up, constants, -one, one, one, np.zeros((n, 3)), 1.0,
         none, np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros((0, 2), np.int64),
     )  # fmt: skip
-    question = Question(up[None].copy(), np.zeros((0, 0, 3, 3)), 0, 1, 1, 1, 1e-3, 1e-2, True, False, -up)
+    question = Question(up[None].copy(), np.zeros((0, 0, 3, 3)), 0, 1, 1, 1, 1e-3, 1e-2, True, False, -up, 0)
     module.evaluate_voxels(arm, no_table(n), question, 0, 1, Outputs.empty(1, 1, n))
     poses_near, first = np.zeros((1, 12), np.float32), np.zeros(CELLS**3 + 1, np.int64)
     near = Table(samples, none.copy(), none.copy(), first, poses_near, -one, one)
