@@ -24,7 +24,7 @@ def order_of(arm: RealArm) -> Order:
     """Return the joint order of an arm; it takes a second or so."""
     q = _straightened(arm)
     axes, origins, _ = arm.frames(q)
-    base = _upright(arm)
+    base = upright(arm)
     axes, origins = axes @ base.T, origins @ base.T
     letters, heading = "", None
     skews = []
@@ -45,7 +45,7 @@ def order_of(arm: RealArm) -> Order:
     return Order(effective_joints(letters), tuple(q.tolist()), max(skews), float(flat_way.max()), lengths)
 
 
-def _upright(arm: RealArm) -> Array:
+def upright(arm: RealArm) -> Array:
     """Return the rotation of the base that makes the first axis upright or level, whichever is nearer."""
     axis = arm.joints[0].placed.matrix @ np.array(arm.joints[0].axis)
     upright = abs(axis[2]) > math.sqrt(0.5)
@@ -59,7 +59,7 @@ def _upright(arm: RealArm) -> Array:
 
 
 def _straightened(arm: RealArm) -> Array:
-    base = _upright(arm)
+    base = upright(arm)
     skewed = _SKEW * arm.length
     # Postures so far: cost, q, rotation before the joint turns, height.
     first = arm.joints[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
@@ -116,23 +117,24 @@ class RealArm:
         origins.append(at + turned @ np.array(self.tip.xyz))
         return np.array(axes), np.array(origins), turned @ self.tip.matrix
 
-    def urdf(self, total: float | None = None, space: DesignSpace | None = None) -> str:
+    def urdf(
+        self, total: float | None = None, space: DesignSpace | None = None, added: Mapping[int, float] | None = None
+    ) -> str:
         """Return the arm as URDF, its first joint at the base's origin.
 
         Args:
             total: m, what :attr:`length` is scaled to; as it is if None.
             space: masses and radius of its links; None: as the source has them, else those of the default space,
                 scaled with the arm as solid bodies are.
+            added: joint (from 0) -> kg more than that, or less, at its origin; what is left is above 0.
         """
         scale = 1.0 if total is None else total / self.length
         using = space or DesignSpace()
-        # How much larger than an arm of the design space its links and motors are.
-        grown = scale * self.length / middle(using.total_length) if space is None else 1.0
-        if self.bodies is not None and space is None:
-            bodies = [(mass * scale**3, tuple(scale * c for c in com)) for mass, com in self.bodies]
-        else:
-            bodies = self._bodies(using, scale, grown)
-        radius = of_joint(using.link_radius, 0) * grown
+        bodies = self._carried(scale, space)
+        for number, more in (added or {}).items():
+            mass, com = bodies[number]
+            bodies[number] = mass + more, tuple(mass * c / (mass + more) for c in com)
+        radius = of_joint(using.link_radius, 0) * self._grown(scale, space)
         lines = [f"<robot name={quoteattr(self.name)}>", '<link name="base_link"/>']
         ends = [*(joint.placed.xyz for joint in self.joints[1:]), self.tip.xyz]
         for i, ((mass, com), end) in enumerate(zip(bodies, ends, strict=True), start=1):
@@ -152,6 +154,20 @@ class RealArm:
             f'<origin xyz="{text(xyz)}" rpy="{text(self.tip.rpy)}"/></joint></robot>'
         )
         return "\n".join(lines)
+
+    def masses(self, total: float | None = None, space: DesignSpace | None = None) -> tuple[float, ...]:
+        """Return kg that each joint carries, of the arm as :meth:`urdf` writes it."""
+        scale = 1.0 if total is None else total / self.length
+        return tuple(mass for mass, _ in self._carried(scale, space))
+
+    def _grown(self, scale: float, space: DesignSpace | None) -> float:
+        """Return how much larger than an arm of the design space its links and motors are."""
+        return scale * self.length / middle(DesignSpace().total_length) if space is None else 1.0
+
+    def _carried(self, scale: float, space: DesignSpace | None) -> list[tuple[float, Triple]]:
+        if self.bodies is not None and space is None:
+            return [(mass * scale**3, tuple(scale * c for c in com)) for mass, com in self.bodies]
+        return self._bodies(space or DesignSpace(), scale, self._grown(scale, space))
 
     def _bodies(self, space: DesignSpace, scale: float, grown: float) -> list[tuple[float, Triple]]:
         """Return the masses of a design space: a motor at each joint's origin, and links half-way along."""

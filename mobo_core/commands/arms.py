@@ -6,32 +6,32 @@ import argparse
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from mobo_core.commands import arms_place
+from mobo_core.commands.arm_values import arm_dict
 from mobo_core.commands.parsing import Verbs
-
-if TYPE_CHECKING:
-    from mobo_core.arms.real import RealArm
 
 
 def add(verbs: Verbs) -> None:
     """Add the verb's parser."""
     parser = verbs.add_parser(
         "arms",
-        help="real arms: a catalogue with sources, and what they are worth",
+        help="real arms: a catalogue with sources, what they are worth, where they stand",
         description="Real arms with joint axes, offsets and limits, each with its source; what none says is\n"
         "estimated, and marked so.",
         epilog="examples:\n"
         "  mobo arms list\n"
         "  mobo arms show UR5\n"
         "  mobo arms evaluate Panda 'xArm 6'\n"
-        "  mobo arms evaluate -o build/arms        # all of them, with a page",
+        "  mobo arms evaluate -o build/arms        # all of them, with a page\n"
+        "  mobo arms place my.urdf                 # where an arm stands in the atlas",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     kinds = parser.add_subparsers(dest="kind", metavar="KIND", required=True)
     _add_list(kinds)
     _add_show(kinds)
     _add_evaluate(kinds)
+    arms_place.add(kinds)
 
 
 def _add_list(kinds: Verbs) -> None:
@@ -162,16 +162,3 @@ def run_evaluate(args: argparse.Namespace) -> int:
         if not args.json:
             print(f"{len(found)} arms: {page}")
     return 0
-
-
-def arm_dict(arm: RealArm) -> dict[str, object]:
-    """Return an arm as plain values."""
-    order = arm.order
-    assert order is not None
-    return {
-        "name": arm.name, "maker": arm.maker, "paper": arm.paper, "joints": order.joints, "length": arm.length,
-        "lengths": list(order.lengths), "skew": order.skew, "offset": order.offset, "straightened": list(order.q),
-        "limits": [[joint.lower, joint.upper] for joint in arm.joints], "segments": list(arm.segments),
-        "masses": None if arm.bodies is None else [mass for mass, _ in arm.bodies],
-        "estimated": list(arm.estimated), "source": arm.source, "licence": arm.licence,
-    }  # fmt: skip
