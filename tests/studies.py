@@ -16,7 +16,7 @@ from mobo_core.coordination.answer import AnswerEngine, Answering
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.evaluation.kernel_sources import kernel_hash
-from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, decode, encode
+from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, StudyStatus, decode, encode
 from mobo_core.search.study import StudySettings
 
 QUICK = {"n_startup_trials": 10, "sampler": "random"}
@@ -33,6 +33,7 @@ def run_study(
     rejected: Collection[int] = (),
     kill_after: int | None = None,
     resume: bool = False,
+    statuses: bool = False,
     meanwhile: Callable[[Optimizer], bool] = lambda optimizer: False,
 ) -> Path:
     """Run a study into the bag ``folder`` and return it.
@@ -47,6 +48,7 @@ def run_study(
         rejected: trials that are answered with REJECTED.
         kill_after: leave the bag without an end once so many trials are told, as a killed optimizer does.
         resume: go on with the bag that is there.
+        statuses: record that the study runs, as the nodes do.
         meanwhile: called again and again; if it returns true, the bag is left as by a killed optimizer.
     """
     published: list[tuple[str, bytes]] = []
@@ -61,6 +63,8 @@ def run_study(
     except BaseException:
         bag.close()  # as the node does
         raise
+    if statuses:
+        optimizer.record_status(StudyStatus.RUNNING)
     who = {name: Answering(name, engine, simulated_s=0.0) for name in evaluators}
     pending: list[Any] = []
     now = 0.0

@@ -45,7 +45,7 @@ def test_a_sample_goes_on(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixtu
     shutil.copytree(bag, copy)
     before, study = values(bag), read_study(bag)
     settings = study.settings.to_dict()
-    run_study(copy, len(before) + 4, name=study.name, settings=settings, engine="kernel", resume=True)
+    run_study(copy, len(before) + 4, name=study.name, settings=settings, engine="kernel", resume=True, statuses=True)
     assert values(copy)[: len(before)] == before
     for _ in range(2):
         assert mobo("verify", copy, "--sample", 12) == 0, capsys.readouterr()  # all of its old part: see above
