@@ -14,6 +14,7 @@ import pytest
 from arms import HANDED_ARM, KernelView, WholeRobot, arm
 from studies import mobo
 
+from mobo_core.arms import meshes
 from mobo_core.arms.capsules import fit, fit_one
 from mobo_core.arms.read import ReadArm, read_arm
 from mobo_core.arms.rigid import rotation_rpy, rpy_rotation
@@ -282,6 +283,11 @@ def test_xacro_is_expanded(tmp_path: Path) -> None:
         read_arm(top)
 
 
+# A node of itself: assimp takes its process with it.
+ENDLESS = """<COLLADA version="1.4.1"><library_visual_scenes><visual_scene id="v"><node id="n"><instance_node url="#n"/>
+</node></visual_scene></library_visual_scenes><scene><instance_visual_scene url="#v"/></scene></COLLADA>"""
+
+
 def replaced(old: str, new: str) -> str:
     assert old in FOUND
     return FOUND.replace(old, new)
@@ -299,6 +305,7 @@ def replaced(old: str, new: str) -> str:
         (replaced("bar.obj", "none.obj"), "0 bytes"),
         (replaced("bar.obj", "noise.stl"), "cannot be read|triangles"),
         (replaced("bar.obj", "cut.dae"), "cut.dae': not well-formed XML"),
+        (replaced("bar.obj", "endless.dae"), "endless.dae': cannot be read .its reader ended with -"),
         (replaced("bar.obj", "circle.obj"), "circle.obj.*[Ll]evels of symbolic links"),
         (replaced('<mass value="2.0"/>', '<mass value="-2"/>'), "mass -2 kg"),
         (replaced('<mass value="2.0"/>', '<mass value="nan"/>'), "value='nan'"),
@@ -325,6 +332,7 @@ def test_bad_files(text: str, words: str, found: Path, capsys: pytest.CaptureFix
             file.truncate(200_000_000)
         (meshes / "none.obj").touch()
         (meshes / "cut.dae").write_text('<?xml version="1.0"?><COLLADA><library_geometries><geometry id="a">')
+        (meshes / "endless.dae").write_text(ENDLESS)
         (meshes / "noise.stl").write_bytes(bytes(np.random.default_rng(0).integers(0, 256, 3000, dtype=np.uint8)))
         os.symlink("circle.obj", meshes / "circle.obj")
     path = found.with_name("bad.urdf")
@@ -334,6 +342,13 @@ def test_bad_files(text: str, words: str, found: Path, capsys: pytest.CaptureFix
         return
     with pytest.raises(InputError, match=words):
         read_arm(path)
+
+
+def test_a_mesh_that_takes_too_long_is_given_up(found: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Some files hang their reader."""
+    monkeypatch.setattr(meshes, "READING_S", 0.01)
+    with pytest.raises(InputError, match=r"bar.obj': cannot be read \(not within 0.01 s\); expected a mesh such as"):
+        read_arm(found)
 
 
 def test_the_command_says_what_it_assumed(found: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import itertools
+import subprocess
+import sys
 from pathlib import Path
 from typing import NoReturn
 from xml.parsers import expat
@@ -11,6 +14,7 @@ import coal
 import numpy as np
 from numpy.typing import NDArray
 
+from mobo_core.arms import mesh_reader
 from mobo_core.arms.capsules import convex_hull
 from mobo_core.arms.packages import MAX_MESH_BYTES, Packages
 from mobo_core.arms.robot import Solid
@@ -19,6 +23,7 @@ from mobo_core.errors import InputError
 Array = NDArray[np.float64]
 MAX_TRIANGLES = 2_000_000
 _FARTHEST = 1e3  # m
+READING_S = 60.0
 
 
 def triangles_of(solid: Solid, packages: Packages) -> Array:
@@ -72,23 +77,39 @@ def _mesh(solid: Solid, path: Path) -> tuple[Array, NDArray[np.int64]]:
         raise InputError(f"{size} bytes", where=where, expected=f"a mesh of up to {MAX_MESH_BYTES // 1_000_000} MB")
     if path.suffix.lower() == ".dae":
         _check_xml(path, where)
-    try:
-        model = coal.MeshLoader().load(str(path), np.array(solid.size))
-        count = int(model.num_tris)
-    except Exception as error:  # Coal raises what assimp says
-        reason = " ".join(str(error).split())[:160] or type(error).__name__
-        raise InputError(f"cannot be read ({reason})", where=where, expected="a mesh such as STL, OBJ or DAE") from None
-    if not 0 < count <= MAX_TRIANGLES:
-        raise InputError(f"{count} triangles", where=where, expected=f"1 to {MAX_TRIANGLES}")
-    points = np.array(model.vertices(), dtype=float).reshape(-1, 3)
-    corners = np.array([[t[0], t[1], t[2]] for t in map(model.tri_indices, range(count))], dtype=np.int64)
+    points, corners = _read(path, np.array(solid.size), where)
+    if not 0 < len(corners) <= MAX_TRIANGLES:
+        raise InputError(f"{len(corners)} triangles", where=where, expected=f"1 to {MAX_TRIANGLES}")
     if not np.isfinite(points).all() or np.abs(points).max() > _FARTHEST:
         raise InputError("points that are not finite, or far away", where=where, expected=f"m, within {_FARTHEST:g}")
     return points, corners
 
 
+def _read(path: Path, scale: Array, where: str) -> tuple[Array, NDArray[np.int64]]:
+    """Return a mesh's points and corners; of formats other than STL, some files hang their reader: see there."""
+
+    def unread(reason: str) -> InputError:
+        return InputError(f"cannot be read ({reason[:160]})", where=where, expected="a mesh such as STL, OBJ or DAE")
+
+    if path.suffix.lower() == ".stl":
+        try:
+            return mesh_reader.read(path, scale)
+        except Exception as error:  # Coal raises what assimp says
+            raise unread(" ".join(str(error).split()) or type(error).__name__) from None
+    command = [sys.executable, "-m", mesh_reader.__name__, str(path.absolute()), *map(repr, scale.tolist())]
+    try:
+        run = subprocess.run(command, capture_output=True, stdin=subprocess.DEVNULL, timeout=READING_S, check=False)
+    except subprocess.TimeoutExpired:
+        raise unread(f"not within {READING_S:g} s") from None
+    if run.returncode:
+        said = run.stderr.decode(errors="replace").strip().splitlines()
+        raise unread(said[-1] if run.returncode == 2 and said else f"its reader ended with {run.returncode}")
+    with np.load(io.BytesIO(run.stdout)) as found:
+        return found["points"], found["corners"]
+
+
 def _check_xml(path: Path, where: str) -> None:
-    """Raise InputError unless a file is well-formed XML without DTD: on what is cut off, assimp never ends."""
+    """Raise InputError unless a file is well-formed XML without DTD (assimp never ends on what is cut off)."""
 
     def doctype(*_: object) -> NoReturn:
         raise InputError("forbidden XML (DTDForbidden)", where=where, expected="XML without DTD or entities")
