@@ -7,7 +7,7 @@ import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
+from typing import Self, get_args
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -134,8 +134,10 @@ def _one_line(cls: type[BaseModel], error: ValidationError, where: str) -> Input
     name = ".".join(str(part) for part in first["loc"])
     if first["type"] == "extra_forbidden":
         fields = cls.model_fields
-        for part in first["loc"][:-1]:  # down to the settings within settings that it is in
-            fields = getattr(fields[str(part)].annotation, "model_fields", fields)
+        for part in (part for part in first["loc"][:-1] if isinstance(part, str)):
+            # Down to the settings within settings, or in a list of them, that it is in.
+            annotation = fields[part].annotation
+            fields = getattr((*get_args(annotation), annotation)[0], "model_fields", fields)
         return InputError(f"unknown field {name!r}", where=where, expected="one of " + ", ".join(fields))
     what = f"{name} = {_short(first['input'])}" if name else _short(first["input"])
     message = str(first["msg"])

@@ -1,4 +1,4 @@
-"""What a spec may ask beyond the paper's question: a tool, and part of the orientation alone."""
+"""What a spec may ask beyond the paper's question: a tool, part of the orientation, obstacles."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import json
 import math
 from typing import Any
 
+import coal
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -17,8 +18,10 @@ from mobo_core.design import DesignSpace
 from mobo_core.evaluation import EvaluationSpec, load_spec
 from mobo_core.evaluation.chain import asked_chain
 from mobo_core.evaluation.evaluate import evaluate, solve_poses
+from mobo_core.evaluation.kernel.obstacles import box_distance_squared, touches_anything
 from mobo_core.evaluation.kernel.orientation import aim
 from mobo_core.evaluation.matrices import rpy_matrix
+from mobo_core.evaluation.obstacles import flat_arm, obstacles_of
 from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.spec_message import spec_from_message, spec_to_message
 from mobo_core.evaluation.wording import further_asked
@@ -86,7 +89,7 @@ def test_an_arm_with_a_tool_is_the_arm_that_has_it_as_a_link() -> None:
 def test_what_older_versions_could_ask_is_written_as_they_wrote_it() -> None:
     """Later fields are written where they ask for something, and come back; a message holds them in any case."""
     assert "tool_xyz" not in json.loads(EvaluationSpec(seed=3).to_json())
-    spec = EvaluationSpec.of(TOOL)
+    spec = EvaluationSpec.of(TOOL | ROOM)
     assert EvaluationSpec.of(json.loads(spec.to_json())) == spec
     assert spec_from_message(decode(SpecMessage, encode(spec_to_message(spec)))) == spec
 
@@ -94,9 +97,12 @@ def test_what_older_versions_could_ask_is_written_as_they_wrote_it() -> None:
 def test_words_on_what_is_asked() -> None:
     """Tool and payload are told in words, and nothing where there is neither."""
     assert further_asked(EvaluationSpec()) == []
-    assert further_asked(EvaluationSpec.of(TOOL)) == [
+    assert further_asked(EvaluationSpec.of(TOOL | ROOM | {"orientation": "none"})) == [
+        "position alone, in any orientation",
         "payload 1.3 kg with its centre at 0.01 0.04 -0.05 m in the tool's frame",
         "tool at 0.03 -0.02 0.11 m from the tip, turned by 22.92 -40.11 108.9°",
+        "floor at 0 m",
+        "2 boxes in the way",
     ]
 
 
@@ -172,3 +178,97 @@ def test_starts_are_compared_by_what_counts(seed: int) -> None:
     for orientation, expected in enumerate((angle, tilt, 0.0)):
         level = float(aim(orientation, target, aimed))
         assert level - float((aimed * sample).sum()) == pytest.approx(4 * math.sin(expected / 2) ** 2, abs=1e-9)
+
+
+@given(st.integers(0, 10**6), st.sampled_from(["anyhow", "point", "along", "through", "at"]))
+def test_box_distances_are_coals(seed: int, kind: str) -> None:
+    """The distance of a capsule from a box is Coal's, and that of the nearest of points along its segment."""
+    rng = np.random.default_rng(seed)
+    turn, centre, half = np.array(rpy_matrix(rng.uniform(-3, 3, 3))), rng.uniform(-1, 1, 3), rng.uniform(0.01, 0.6, 3)
+    a, b = rng.uniform(-1.5, 1.5, (2, 3))
+    if kind == "point":
+        b = a
+    elif kind == "along":  # an edge or a side
+        b = a + turn[:, seed % 3] * rng.uniform(-1, 1)
+    elif kind == "through":
+        b = 2 * centre - a
+    elif kind == "at":
+        a = centre + turn @ half
+    found = math.sqrt(box_distance_squared(a, b, np.concatenate([centre, turn.ravel(), half])))
+    points = (a + np.linspace(0, 1, 401)[:, None] * (b - a) - centre) @ turn
+    nearest = np.linalg.norm(np.maximum(np.abs(points) - half, 0), axis=1).min()
+    assert nearest - np.linalg.norm(b - a) / 400 <= found + 1e-12 <= nearest + 2e-12
+    length, axis = float(np.linalg.norm(b - a)), np.array([0.0, 0.0, 1.0])
+    along = pin.Quaternion.FromTwoVectors(axis, (b - a) / length).toRotationMatrix() if length else np.eye(3)
+    expected = coal.distance(
+        coal.Capsule(0.05, length), coal.Transform3s(along, (a + b) / 2), coal.Box(*(2 * half)),
+        coal.Transform3s(turn, centre), coal.DistanceRequest(), coal.DistanceResult(),
+    )  # fmt: skip
+    if found > 0:
+        assert found - 0.05 == pytest.approx(expected, abs=1e-6)
+    else:
+        assert expected <= -0.05 + 1e-6
+
+
+ROOM: dict[str, Any] = {
+    "floor_z": 0.0,
+    "obstacles": [
+        {"centre": [0.35, 0.0, 0.2], "size": [0.1, 0.5, 0.3], "rpy": [0.0, 0.3, 0.2]},
+        {"centre": [-0.2, -0.3, 0.3], "size": [0.2, 0.1, 0.2]},
+    ],
+}
+
+
+@pytest.mark.parametrize(("urdf", "tip", "floor"), [(arm("PRRYPY"), "", 0.0), (random_arm(4), "flange", -0.4)])
+def test_touching_what_stands_around_is_coals(urdf: str, tip: str, floor: float) -> None:
+    """Over random configurations the kernel calls those in collision with floor and boxes that Coal does."""
+    spec = EvaluationSpec.of(ROOM | {"floor_z": floor})
+    chain = asked_chain(urdf, tip, spec)
+    around, reference, rng = obstacles_of(flat_arm(chain), spec), ReferenceModel(chain), np.random.default_rng(3)
+    ends, verdicts = np.empty((len(chain.capsule_radius), 2, 3)), []
+    for _ in range(300):
+        q = rng.uniform(chain.lower, chain.upper)
+        view, clearance = KernelView(chain, q), reference.clearance_around(q, around)
+        touches = touches_anything(
+            chain.capsule_joint, chain.capsule_a, chain.capsule_b, chain.capsule_radius, around,
+            view.origins, view.rotations, ends,
+        )  # fmt: skip
+        if abs(clearance) > 1e-6:
+            assert touches == (clearance < 0), (q.tolist(), clearance)
+            verdicts.append(touches)
+    assert len(verdicts) > 290
+    assert 20 < sum(verdicts) < 290
+
+
+def test_an_arm_may_stand_on_the_floor() -> None:
+    """What is fixed to the base, and the link that touches the floor at any angle, do not count; all others do."""
+    chain = asked_chain(arm("PRRYPY"), "", EvaluationSpec())
+    around = obstacles_of(flat_arm(chain), EvaluationSpec.of(ROOM))
+    assert around.against[:, 0].tolist() == [0] + [1] * (len(chain.capsule_joint) - 1)
+    assert around.against[:, 1:].all()
+    urdf = random_arm(3)
+    chain = asked_chain(urdf, "flange", EvaluationSpec())
+    deep = obstacles_of(flat_arm(chain), EvaluationSpec(floor_z=-9.0))
+    assert deep.against[:, 0].tolist() == (chain.capsule_joint >= 0).tolist()
+
+
+def test_what_stands_around_is_kept_clear_of() -> None:
+    """Fewer poses are reached, as the reference engine finds; the others are in collision; the audit agrees."""
+    urdf = arm("PRRYPY")
+    spec, free = small_spec(**ROOM), evaluate(urdf, small_spec())
+    found = evaluate(urdf, spec, audit_poses=40, configurations=True)
+    assert 0.5 < found.reach < free.reach - 0.5
+    assert found.in_collision.sum() > free.in_collision.sum()
+    assert (found.audit_fault, found.audit_poses) == ("", 40)
+    blind = evaluate(urdf, spec.model_copy(update={"self_collision": False}), configurations=True)
+    assert found.reach <= blind.reach < free.reach + 0.5
+    chain = asked_chain(urdf, "", spec)
+    model, around = ReferenceModel(chain), obstacles_of(flat_arm(chain), spec)
+    assert blind.configurations is not None
+    assert min(model.clearance_around(q, around) for q in blind.configurations.q) > 0
+    few = spec.model_copy(update={"poses_per_voxel": 1, "restarts": 1})
+    fast, reference = (evaluate(urdf, few, engine=engine) for engine in ("kernel", "reference"))
+    assert (fast.reach, fast.attempts) == (reference.reach, reference.attempts)
+    assert np.array_equal(fast.in_collision, reference.in_collision)
+    complete = evaluate(urdf, load_spec("mobo").model_copy(update={"obstacles": spec.obstacles, "floor_z": 0.0}))
+    assert 10 < complete.reach < evaluate(urdf, load_spec("mobo")).reach - 1

@@ -67,6 +67,11 @@ def _yaml(value: object) -> str:
 
 
 def _values(field: FieldInfo) -> str:
+    none = "null or " if type(None) in get_args(field.annotation) and field.metadata else ""
+    return none + _values_but_null(field)
+
+
+def _values_but_null(field: FieldInfo) -> str:
     for note in field.metadata:
         if isinstance(note, Numbers):
             bounds = _bounds(note.low, note.high, above=note.above)
@@ -96,10 +101,14 @@ def _kind(annotation: object) -> str:
         return f"{', '.join(others)} or {last}" if others else last
     if annotation is bool:
         return "true or false"
+    if annotation is type(None):
+        return "null"
     if annotation is str:
         return "text"
     if get_origin(annotation) is tuple:
         of = get_args(annotation)
+        if isinstance(of[0], type) and issubclass(of[0], Settings):
+            return f"a list of mappings with {', '.join(of[0].model_fields)}"
         each = {float: "numbers", str: "texts"}.get(of[0], "values")
         return f"a list of {each}" if of[-1] is Ellipsis else f"a list of {len(of)} {each}"
     if isinstance(annotation, types.UnionType):

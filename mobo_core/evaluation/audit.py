@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from mobo_core.evaluation.chain import Array, Chain
+from mobo_core.evaluation.obstacles import flat_arm, obstacles_of
 from mobo_core.evaluation.result import Configurations
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.jit.numerics import STREAM_AUDIT, pick, target_rotation
@@ -40,8 +41,9 @@ def _angle(rotation: Array, target_r: Array, orientation: str) -> float:
 class Audit:
     """A check of ``count`` of an arm's accepted configurations, chosen by ``number``; they come in parts.
 
-    Each must bring the tip to its target within the spec's tolerances by Pinocchio's kinematics, lie
-    within the joint limits, be free of collision by Coal, and need the torque that was reported by Pinocchio's.
+    Each must bring the tool to its target within the spec's tolerances by Pinocchio's kinematics, lie within the joint
+    limits, be free of collision by Coal, also with what stands around, and need the torque that was reported by
+    Pinocchio's.
     """
 
     def __init__(self, chain: Chain, spec: EvaluationSpec, count: int, number: int) -> None:
@@ -82,6 +84,7 @@ class Audit:
             return 0, 0.0, ""
         chain, spec, model = self._chain, self._spec, ReferenceModel(self._chain)
         target_r = np.empty((3, 3))
+        obstacles = obstacles_of(flat_arm(chain), spec)
         worst, fault = 0.0, ""
         for voxel, pose, q, reported in sorted(self._chosen, key=lambda one: (one.voxel, one.pose)):
             target_rotation(spec.seed, voxel, pose, target_r)
@@ -90,12 +93,14 @@ class Audit:
             angle = _angle(tip.rotation, target_r, spec.orientation)
             torque = abs(float(np.linalg.norm(model.torque(q))) - reported)
             clearance = model.clearance(q) if spec.self_collision else math.inf
+            around = model.clearance_around(q, obstacles)
             beyond = float(max(np.max(chain.lower - q), np.max(q - chain.upper)))
             faults = [
                 (position - spec.position_tolerance, _SLACK, "tip {:.3g} m outside its tolerance"),
                 (angle - spec.rotation_tolerance, _SLACK, "tip turned {:.3g} rad outside its tolerance"),
                 (torque, TORQUE_TOLERANCE, "torque off by {:.3g} N m"),
                 (-clearance, _SLACK, "links overlap by {:.3g} m"),
+                (-around, _SLACK, "the arm overlaps what stands around it by {:.3g} m"),
                 (beyond, 0.0, "a joint {:.3g} rad beyond its limit"),
             ]
             for excess, allowed, text in faults:

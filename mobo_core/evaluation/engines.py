@@ -10,10 +10,11 @@ import numpy as np
 from mobo_core.errors import UnableError
 from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.effort import effort as effort_of
-from mobo_core.evaluation.kernel.arguments import Arm, Effort, Outputs, Question, Starts, Table, lane_constants
+from mobo_core.evaluation.kernel.arguments import Effort, Obstacles, Outputs, Question, Starts, Table
 from mobo_core.evaluation.kernel.load import kernel
 from mobo_core.evaluation.kernel.orientation import ORIENTATIONS
 from mobo_core.evaluation.kernel.starts import no_table
+from mobo_core.evaluation.obstacles import flat_arm, obstacles_of
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.evaluation.tables import share, start_table_1, start_table_2
 from mobo_core.jit.numerics import sin_cos
@@ -32,12 +33,12 @@ def half_angle_sine(angle: float) -> float:
     return 2.0 * float(sin_cos(0.5 * angle)[0])
 
 
-def _question(spec: EvaluationSpec, centres: Array, rotations: Array) -> Question:
+def _question(spec: EvaluationSpec, centres: Array, rotations: Array, obstacles: Obstacles) -> Question:
     return Question(
         centres, rotations, spec.seed, spec.poses_per_voxel, spec.restarts + 1, spec.iterations,
         spec.position_tolerance, half_angle_sine(spec.rotation_tolerance),
         spec.self_collision, spec.solution == "least_torque", np.array(spec.gravity),
-        ORIENTATIONS[spec.orientation],
+        ORIENTATIONS[spec.orientation], obstacles,
     )  # fmt: skip
 
 
@@ -61,20 +62,15 @@ def kernel_call(
     """Return the function that evaluates a range of voxels, and the seconds its preparation took."""
     compiled = kernel(chain.n)
     began = time.perf_counter()
-    constants = lane_constants(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
-    arm = Arm(
-        chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, constants, chain.lower, chain.upper,
-        chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
-        chain.capsule_radius, chain.pairs,
-    )  # fmt: skip
+    arm = flat_arm(chain)
     table: Starts | Table = no_table(chain.n)
     effort: Effort | None = None
     if spec.ik_mode == "complete":
         make = start_table_1 if spec.rules == 1 else start_table_2
-        table = make(compiled, chain, constants, spec.seed, threads)
+        table = make(compiled, chain, arm.constants, spec.seed, threads)
         if spec.rules > 1:
             effort = effort_of(spec.rules, chain.n, spec.iterations)
-    question = _question(spec, centres, rotations)
+    question = _question(spec, centres, rotations, obstacles_of(arm, spec))
 
     def compute(first: int, last: int, out: Outputs) -> None:
         def work(low: int, high: int) -> None:
@@ -99,7 +95,7 @@ def reference_call(chain: Chain, spec: EvaluationSpec, centres: Array) -> Comput
 
     if spec.ik_mode != "paper":
         raise UnableError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
-    question = _question(spec, centres, DRAWN)
+    question = _question(spec, centres, DRAWN, obstacles_of(flat_arm(chain), spec))
 
     def compute(first: int, last: int, out: Outputs) -> None:
         evaluate_voxels_reference(chain, question, first, last, out)

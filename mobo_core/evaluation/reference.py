@@ -14,7 +14,7 @@ import pinocchio as pin
 
 from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.kernel import configuration as kernel
-from mobo_core.evaluation.kernel.arguments import Outputs, Question
+from mobo_core.evaluation.kernel.arguments import Obstacles, Outputs, Question
 from mobo_core.evaluation.kernel.orientation import FREE_ROLL, FULL
 from mobo_core.jit.numerics import random_start, target_rotation
 
@@ -27,6 +27,7 @@ class ReferenceModel:
         self.model = chain.model
         self.data = self.model.createData()
         self._capsules = []
+        self._obstacles: list[tuple[coal.CollisionGeometry, coal.Transform3s]] | None = None
         for joint, a, b, radius in zip(
             chain.capsule_joint, chain.capsule_a, chain.capsule_b, chain.capsule_radius, strict=True
         ):
@@ -60,18 +61,37 @@ class ReferenceModel:
 
     def clearance(self, q: Array) -> float:
         """Return the least distance in m over the chain's pairs of capsules at ``q``; below 0 they overlap."""
+        placed = self._placed(q)
+        return min((_distance(*placed[i], *placed[j]) for i, j in self.chain.pairs), default=math.inf)
+
+    def clearance_around(self, q: Array, obstacles: Obstacles) -> float:
+        """Return the least distance in m of the capsules from what they count against at ``q``."""
+        if not len(obstacles.against):
+            return math.inf
+        if self._obstacles is None:
+            floor = coal.Halfspace(np.array([0.0, 0.0, 1.0]), max(obstacles.floor_z, -1e6))
+            self._obstacles = [(floor, coal.Transform3s.Identity())]
+            for row in obstacles.boxes:
+                box = coal.Box(*(2.0 * row[12:]))
+                self._obstacles.append((box, coal.Transform3s(row[3:12].reshape(3, 3), row[:3])))
+        placed, things = self._placed(q), self._obstacles
+        return min(
+            (_distance(*placed[c], *things[k]) for c, k in np.argwhere(obstacles.against).tolist()), default=math.inf
+        )
+
+    def _placed(self, q: Array) -> list[tuple[coal.Capsule, coal.Transform3s]]:
         pin.forwardKinematics(self.model, self.data, q)
         placed = []
         for joint, placement, capsule in self._capsules:
             at = placement if joint < 0 else self.data.oMi[joint + 1] * self._frames[joint] * placement
             placed.append((capsule, coal.Transform3s(at.rotation, at.translation)))
-        least = math.inf
-        request = coal.DistanceRequest()
-        for i, j in self.chain.pairs:
-            result = coal.DistanceResult()
-            (a, at_a), (b, at_b) = placed[i], placed[j]
-            least = min(least, coal.distance(a, at_a, b, at_b, request, result))
-        return least
+        return placed
+
+
+def _distance(
+    a: coal.CollisionGeometry, at_a: coal.Transform3s, b: coal.CollisionGeometry, at_b: coal.Transform3s
+) -> float:
+    return float(coal.distance(a, at_a, b, at_b, coal.DistanceRequest(), coal.DistanceResult()))
 
 
 def _capsule_placement(a: Array, b: Array) -> pin.SE3:
@@ -138,7 +158,8 @@ def evaluate_voxels_reference(chain: Chain, question: Question, first: int, last
                 out.effort[row, 1] += steps
                 if not converged:
                     continue
-                if question.self_collision and model.clearance(q) <= 0.0:
+                collides = question.self_collision and model.clearance(q) <= 0.0
+                if collides or model.clearance_around(q, question.obstacles) <= 0.0:
                     outcome = kernel.IN_COLLISION if outcome == kernel.NOT_CONVERGED else outcome
                     continue
                 outcome = kernel.REACHED

@@ -16,13 +16,28 @@ from mobo_core.settings import Settings
 MAX_VOXELS = 1_000_000
 MAX_POSES = 50_000_000
 MOST_RULES = 3
+MAX_BOXES = 64
 
 Vector = tuple[float, float, float]
 NOWHERE: Vector = (0.0, 0.0, 0.0)
 # Fields that came later: left out of what is written where they ask for nothing, so that a question that older
 # versions could ask reads, and compares, as they wrote it.
-LATER = ("payload_com", "tool_xyz", "tool_rpy")
+LATER = ("payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles")
 _MOST = 1e3  # m or rad
+
+
+class Box(Settings):
+    """A box that an arm must not touch."""
+
+    centre: Vector = Field(description="m, base frame")
+    rpy: Vector = Field(NOWHERE, description="rad, roll, pitch, yaw about fixed axes")
+    size: Vector = Field(description="m, of its sides")
+
+    @model_validator(mode="after")
+    def _measures(self) -> Box:
+        if max(map(abs, (*self.centre, *self.rpy, *self.size))) > _MOST or min(self.size) <= 0:
+            raise ValueError(f"numbers of {_MOST:g} at most, either way, and sides above 0")
+        return self
 
 
 class EvaluationSpec(Settings):
@@ -55,6 +70,12 @@ class EvaluationSpec(Settings):
     payload_com: Vector = Field(NOWHERE, description="m, where the payload's centre of mass is, in the tool's frame")
     tool_xyz: Vector = Field(NOWHERE, description="m, the tool's point in the frame of the tip: what has to reach")
     tool_rpy: Vector = Field(NOWHERE, description="rad, roll, pitch, yaw about the tip's fixed axes: the tool's frame")
+    floor_z: float | None = Field(
+        None, ge=-_MOST, le=_MOST, description="m, height of a floor in the base frame that the arm must stay above"
+    )
+    obstacles: tuple[Box, ...] = Field(
+        (), max_length=MAX_BOXES, description="boxes that the arm must not touch: centre, rpy and size, base frame"
+    )
     solution: Literal["first", "least_torque"] = Field(
         "first", description="which solution of a pose counts: the first found, or that of least torque"
     )

@@ -11,7 +11,7 @@ _FREE = {"free_roll": "roll about the tool's z axis free", "none": "position alo
 
 
 def further_asked(spec: EvaluationSpec) -> list[str]:
-    """Return a phrase for each thing a spec asks for beyond the paper's question: orientation, payload, tool."""
+    """Return a phrase for each thing a spec asks for beyond the paper's question."""
     phrases = [_FREE[spec.orientation]] if spec.orientation in _FREE else []
     if spec.payload_kg:
         at = f" with its centre at {_numbers(spec.payload_com)} m in the tool's frame" if any(spec.payload_com) else ""
@@ -19,6 +19,10 @@ def further_asked(spec: EvaluationSpec) -> list[str]:
     if any((*spec.tool_xyz, *spec.tool_rpy)):
         turned = f", turned by {_numbers(map(math.degrees, spec.tool_rpy))}°" if any(spec.tool_rpy) else ""
         phrases.append(f"tool at {_numbers(spec.tool_xyz)} m from the tip{turned}")
+    if spec.floor_z is not None:
+        phrases.append(f"floor at {spec.floor_z:g} m")
+    if spec.obstacles:
+        phrases.append(f"{len(spec.obstacles)} box{'es' * (len(spec.obstacles) > 1)} in the way")
     return phrases
 
 

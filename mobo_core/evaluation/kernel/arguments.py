@@ -123,6 +123,17 @@ class Effort(NamedTuple):
     most_reached: int
 
 
+class Obstacles(NamedTuple):
+    """A floor and boxes (see :mod:`mobo_core.evaluation.kernel.obstacles`).
+
+    ``floor_z`` m; ``boxes`` (k, 15); ``against`` (capsules, 1 + k), of no rows where there is nothing.
+    """
+
+    floor_z: float
+    boxes: Floats
+    against: NDArray[np.uint8]
+
+
 class Question(NamedTuple):
     """What is asked.
 
@@ -143,6 +154,7 @@ class Question(NamedTuple):
     least_torque: bool
     gravity: Floats
     orientation: int
+    obstacles: Obstacles
 
 
 class Outputs(NamedTuple):

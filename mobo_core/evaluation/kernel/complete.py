@@ -41,6 +41,7 @@ from mobo_core.evaluation.kernel.near import (
     gather,
     leave_out,
 )
+from mobo_core.evaluation.kernel.obstacles import touches_anything
 from mobo_core.evaluation.kernel.orientation import aim
 from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import WEIGHT
@@ -88,7 +89,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
     table_q, table_codes, table_lower, apart = table.q, table.codes, table.lower, table.apart
     order, cell_first, samples = table.order, table.cell_first, table.poses
     centres, rotations, poses, seed = question.centres, question.rotations, question.poses, question.seed
-    evidence, worth = effort.evidence, effort.worth
+    evidence, worth, obstacles = effort.evidence, effort.worth, question.obstacles
     out_outcome, out_torque, out_q, out_effort = out.outcome, out.torque, out.q, out.effort
     n = lower.shape[0]
     axes, origins, rotations_of_joints = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
@@ -222,6 +223,11 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
                 reached = not question.self_collision or not any_near_pair_collides(
                     capsule_joint, capsule_a, capsule_b, capsule_radius, pairs, origins, rotations_of_joints, ends
                 )
+                if reached and obstacles.against.shape[0] > 0:
+                    reached = not touches_anything(
+                        capsule_joint, capsule_a, capsule_b, capsule_radius, obstacles, origins, rotations_of_joints,
+                        ends,
+                    )  # fmt: skip
                 if reached:
                     norm = gravity_torque(mass, com, gravity, axes, origins, rotations_of_joints, torque)
                     if not question.least_torque or norm < lane_torque[lane]:

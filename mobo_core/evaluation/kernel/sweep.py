@@ -20,6 +20,7 @@ from mobo_core.evaluation.kernel.configuration import (
     gravity_torque,
 )
 from mobo_core.evaluation.kernel.geometry import any_pair_collides
+from mobo_core.evaluation.kernel.obstacles import touches_anything
 from mobo_core.evaluation.kernel.orientation import aim
 from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import BLIND, STALL_4, STALL_5, STALL_6, WEIGHT, choose_starts, gather_near
@@ -190,8 +191,11 @@ def evaluate_voxels(arm, table, question, first, last, out):
                 for k in range(n):
                     q[k] = state[k * LANES + lane]
                 forward(placement_r, placement_p, arm.tip_r, arm.tip_p, q, axes, origins, rotations_of_joints, tip)
-                if question.self_collision and any_pair_collides(
+                if (question.self_collision and any_pair_collides(
                     arm.capsule_joint, arm.capsule_a, arm.capsule_b, arm.capsule_radius, arm.pairs, origins,
+                    rotations_of_joints, ends,
+                )) or touches_anything(
+                    arm.capsule_joint, arm.capsule_a, arm.capsule_b, arm.capsule_radius, question.obstacles, origins,
                     rotations_of_joints, ends,
                 ):  # fmt: skip
                     if lane_outcome[lane] == NOT_CONVERGED:

@@ -6,8 +6,9 @@ from types import ModuleType
 
 import numpy as np
 
-from mobo_core.evaluation.kernel.arguments import Arm, Effort, Outputs, Question, Table
+from mobo_core.evaluation.kernel.arguments import Arm, Effort, Obstacles, Outputs, Question, Table
 from mobo_core.evaluation.kernel.near import CELLS, codes_of, sort_samples
+from mobo_core.evaluation.kernel.obstacles import count_touches
 from mobo_core.evaluation.kernel.rows import LANES
 from mobo_core.evaluation.kernel.starts import GRID, no_table, sort_table, unit_samples
 
@@ -26,7 +27,9 @@ def run(module: ModuleType, n: int) -> None:
         np.stack([eye] * n), np.zeros((n, 3)), eye, up, constants, -one, one, one, np.zeros((n, 3)), 1.0,
         none, np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros((0, 2), np.int64),
     )  # fmt: skip
-    question = Question(up[None].copy(), np.zeros((0, 0, 3, 3)), 0, 1, 1, 1, 1e-3, 1e-2, True, False, -up, 0)
+    obstacles = Obstacles(0.0, np.zeros((0, 15)), np.zeros((1, 1), np.uint8))
+    count_touches(arm, obstacles, samples, np.zeros((1, 1), np.int64))
+    question = Question(up[None].copy(), np.zeros((0, 0, 3, 3)), 0, 1, 1, 1, 1e-3, 1e-2, True, False, -up, 0, obstacles)
     module.evaluate_voxels(arm, no_table(n), question, 0, 1, Outputs.empty(1, 1, n))
     poses_near, first = np.zeros((1, 12), np.float32), np.zeros(CELLS**3 + 1, np.int64)
     near = Table(samples, none.copy(), none.copy(), first, poses_near, -one, one)
