@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 import re
 from html.parser import HTMLParser
@@ -19,7 +20,7 @@ from mobo_core.bag.collector import read_study
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.columns import table_columns
 from mobo_core.report.figures.drawing import has_dark_text, looks, picture, red_to_green
-from mobo_core.report.figures.voxel_maps import voxel_figure
+from mobo_core.report.figures.voxel_layers import panels, voxel_figure
 from mobo_core.report.prefixes import PAPER_COLOURS, groups, prefix_of, styles
 from mobo_core.report.row import Row
 from mobo_core.report.table import REACH_FLOOR_SHARE, StudyTable, running_hypervolume, study_table
@@ -184,24 +185,30 @@ def test_the_colour_scale_runs_from_red_to_green_with_rising_lightness() -> None
 
 
 def test_voxels_lie_in_the_map_where_they_lie_in_the_workspace() -> None:
-    spec = EvaluationSpec()
+    spec, dpi = EvaluationSpec(), 40
     centres = spec.voxel_centres()
     reach = np.zeros(spec.n_voxels)
-    reach[np.argmin(np.linalg.norm(centres - [0.4, -0.2, 0.2], axis=1))] = 0.5
+    marked = int(np.argmin(np.linalg.norm(centres - [0.4, -0.2, 0.2], axis=1)))
+    reach[marked] = 0.5
     evaluation = SimpleNamespace(voxel_reach=reach, voxel_torque=reach * 10)
     with looks():
-        figure = voxel_figure(row(0, "YPPYPY", 0.5, 5.0), evaluation, spec, "title")
-        picture(figure, "png", dpi=40)
-        marked = [
-            (axes.get_title(), text.get_position(), text.get_text())
-            for axes in figure.axes
-            for text in axes.texts
-            if text.get_text() in ("0.50", "5.0")
-        ]
-    assert [text for *_, text in marked] == ["0.50", "5.0"]
-    assert marked[0][0] == "z = 0.20 m"
-    for _, position, _ in marked:
-        assert position == pytest.approx((0.4, -0.2))
+        canvas = voxel_figure(row(0, "YPPYPY", 0.5, 5.0), evaluation, spec, "title")
+        image = imread(io.BytesIO(picture(canvas, "png", dpi)))
+    drawn, _, height = panels(spec)
+    amber, grey = red_to_green()(0.5)[:3], (0xEC / 255,) * 3
+    layers = [round((z - spec.workspace_min[2]) / spec.voxel_size - 0.5) for z in centres[:, 2]]
+    for panel in drawn:
+        for voxel, (x, y, _) in enumerate(centres):
+            if layers[voxel] == panel.layer:
+                # Below the number, above the edge.
+                at = panel.at(x, y - 0.07) * dpi
+                colour = image[int(height * dpi - at[1]), int(at[0]), :3]
+                expected = amber if voxel == marked else red_to_green()(0.0)[:3] if panel.name == "reach" else grey
+                same = np.abs(colour - expected).max() < 0.08
+                if voxel == marked:
+                    assert same if panel.name == "reach" else not np.allclose(colour, grey, atol=0.08)
+                else:
+                    assert not np.allclose(colour, amber, atol=0.08)
 
 
 @pytest.mark.slow

@@ -16,6 +16,8 @@ _MAX_LENGTHS = 100
 _TEXTS = ("study", "evaluator", "sampled_joints", "joints", "tip", "engine", "command", "source", "mobo_version",
           "host_id", "kernel_hash", "bag")  # fmt: skip
 _NAMES = {kind: [name for name in _TEXTS if name in cls.__annotations__] for kind, cls in KINDS.items()}
+_VOXELS = ("voxel_reach", "voxel_torque", "voxel_torque_sd", "voxel_out_of_range", "voxel_not_converged",
+           "voxel_in_collision")  # fmt: skip
 
 
 def check_plain(message: Message, where: str) -> None:
@@ -36,14 +38,14 @@ def check_plain(message: Message, where: str) -> None:
 
 def evaluation_fault(evaluation: Evaluation, n_voxels: int, objectives: Sequence[str] = ()) -> str:
     """Return what is wrong with the values of an Evaluation in a study of these objectives, or ""."""
-    for name in ("voxel_reach", "voxel_torque", "voxel_torque_sd", "voxel_out_of_range", "voxel_not_converged",
-                 "voxel_in_collision"):  # fmt: skip
+    for name in _VOXELS:
         values = getattr(evaluation, name)
         if len(values) != n_voxels:
             return f"{name} has {len(values)} entries, not {n_voxels}"
-        if not np.all(np.isfinite(values)) or np.any(values < 0):
+        # Comparisons with NaN are false.
+        if n_voxels and not (values.min() >= 0 and values.max() < math.inf):
             return f"{name} holds a number that is negative or not finite"
-    if np.any(evaluation.voxel_reach > 1):
+    if n_voxels and evaluation.voxel_reach.max() > 1:
         return "voxel_reach above 1"
     for total, part in (("reach", "voxel_reach"), ("torque", "voxel_torque")):
         value, parts = getattr(evaluation, total), math.fsum(getattr(evaluation, part))
