@@ -79,6 +79,11 @@ NOT_RUN = {
     "mobo arms place UR5e": "takes ten seconds: test_arms_place.py does so with another arm",
     "mobo arms place my.urdf --tip tool0 --in bags/long": "needs the file: test_arms_place.py reads arms of its own",
     "mobo arms place Z1 --what-if own --by peak": "takes ten seconds: test_arms_place.py tries the changes",
+    "mobo size my.urdf --tip tool0 --payload 1.0": "needs the file: test_size.py sizes arms of its own",
+    "mobo size my.urdf --payload 1.0 --motors motors.yaml --use 0.5 -o payload.png": "the same",
+    "mobo size --joints PRRYPY --lengths 0.05,0.2,0.2,0.1,0,0.05 --payload 0.5 --motors examples/motors.yaml": (
+        "test_the_command of test_size.py does so with another arm"
+    ),
     "mobo evaluate panda.urdf": "needs the file: test_real_arms.py writes one of its own",
     "mobo evaluate ur.urdf.xacro --xacro ur_type:=ur5e --package-dir ~/ws/src": "the same",
     "mobo evaluate tiago.urdf --tip arm_tool_link --set torso_lift_joint=0.1 --srdf tiago.srdf": "the same",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mobo_core.errors import InputError
 from mobo_core.evaluation.batch import Batch
-from mobo_core.evaluation.chain import chain_from_urdf
+from mobo_core.evaluation.chain import asked_chain
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.evaluation.spec import EvaluationSpec
 
@@ -118,7 +118,7 @@ class Resamples:
             InputError: the URDF or the tip is not fit.
         """
         spec = self.spec
-        chain = chain_from_urdf(urdf, tip, payload_kg=spec.payload_kg, gravity=spec.gravity)
+        chain = asked_chain(urdf, tip, spec)
         result = evaluate(urdf, spec, tip=tip, configurations=True)
         found = result.configurations
         assert found is not None

@@ -16,8 +16,8 @@ from mobo_core.version import __version__
 
 # One module of mobo_core.commands each, in the order --help lists them.
 VERBS = (
-    "evaluate", "report", "claims", "compare", "verify", "atlas", "arms", "export", "bag", "example", "bench",
-    "simulate", "doctor", "completion",
+    "evaluate", "report", "claims", "compare", "verify", "atlas", "arms", "size", "export", "bag", "example",
+    "bench", "simulate", "doctor", "completion",
 )  # fmt: skip
 
 FIRST = """\
