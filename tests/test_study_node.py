@@ -33,7 +33,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[object, 
         return values(folder / "bag")
 
 
-@pytest.mark.parametrize(("evaluators", "workers"), [(2, 1), (1, 2), (4, 1)])
+@pytest.mark.parametrize(("evaluators", "workers"), [(1, 2), (3, 1)])
 def test_trials_do_not_depend_on_evaluators(
     nodes: Nodes, tmp_path: Path, undisturbed: list[object], evaluators: int, workers: int
 ) -> None:
@@ -76,7 +76,7 @@ def test_more_trials_later_are_the_trials_of_one_go(nodes: Nodes, tmp_path: Path
     assert finish(nodes.study(bag, n_trials=N - 12, n_startup_trials=15)) == 0
     assert finish(nodes.study(bag, n_trials=N, n_startup_trials=15, resume=True)) == 0
     assert values(bag) == undisturbed
-    again = nodes.study(bag, n_trials=N, n_startup_trials=15, resume=True)
+    again = nodes.optimizer(bag, n_trials=N, n_startup_trials=15, resume=True)  # nobody is needed
     assert finish(again) == 0, output(again)
     assert values(bag) == undisturbed
 
@@ -94,10 +94,6 @@ def test_existing_bag_is_refused_and_not_touched(nodes: Nodes, tmp_path: Path) -
     for parameters, says in (
         ({}, "exists already"),
         ({"resume": True, "seed": 1}, "seed"),
-        ({"resume": True, "in_flight": 3}, "in_flight"),
-        ({"resume": True, "n_joints": 7}, "space.n_joints"),
-        ({"resume": True, "spec": "paper"}, "spec."),
-        ({"resume": True, "sampler": "tpe"}, "sampler"),
         ({"resume": True, "study_name": "other"}, "holds study 's'"),
     ):
         optimizer = nodes.optimizer(bag, **{"n_trials": 8, "sampler": "random", **parameters})
