@@ -48,7 +48,7 @@ def test_a_sample_goes_on(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixtu
     run_study(copy, len(before) + 4, name=study.name, settings=settings, engine="kernel", resume=True, statuses=True)
     assert values(copy)[: len(before)] == before
     for _ in range(2):
-        assert mobo("verify", copy, "--sample", 12, "--workers", 1) == 0, capsys.readouterr()  # all of its old part: see above
+        assert mobo("verify", copy, "--sample", 12, "--workers", 1) == 0, capsys.readouterr()  # all of it: above
         with AnyReader([copy]) as reader:
             topics = [connection.topic for connection, _, data in reader.messages() if reader.deserialize(
                 data, connection.msgtype)]  # fmt: skip

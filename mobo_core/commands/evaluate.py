@@ -42,7 +42,7 @@ def add(verbs: Verbs) -> None:
     parser.add_argument("--trial", type=int, metavar="N", help="trial of the bag")
     add_arm_arguments(parser)
     parser.add_argument("--spec", help="preset (paper, paper_fine, mobo) or YAML file [mobo; the trial's]")
-    parser.add_argument("--ik", choices=["paper", "complete"], help="inverse kinematics, over the spec's")
+    parser.add_argument("--ik", choices=["paper", "complete", "irteus"], help="inverse kinematics, over the spec's")
     parser.add_argument("--engine", choices=["kernel", "reference"], default="kernel", help="[kernel]")
     parser.add_argument("--threads", type=int, default=1, help="threads of the kernel [1]")
     parser.add_argument("--json", action="store_true", help="print everything as JSON")

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from functools import cached_property
 
 from mobo_core.evaluation.kernel_sources import kernel_hash
+from mobo_core.evaluation.spec import lacks
 from mobo_core.messages import EvaluatorStatus
 from mobo_core.version import __version__
 
@@ -24,7 +25,7 @@ class Admission:
         engine: that the study goes by; "" for that of the first evaluator that joins.
         log: takes lines for people.
         warn: takes lines on what goes wrong.
-        ik_mode: of the study's spec; the reference engine has ``paper`` alone.
+        ik_mode: of the study's spec, which not every engine has.
 
     Attributes:
         engine: that the study goes by, "" as long as nobody knows.
@@ -57,8 +58,8 @@ class Admission:
     def _fault(self, status: EvaluatorStatus) -> str:
         if self.engine and status.engine != self.engine:
             return f"its engine is {status.engine or 'unknown'}, the study's {self.engine}"
-        if status.engine == "reference" and self._ik_mode != "paper":
-            return f"its engine, reference, lacks ik_mode {self._ik_mode}"
+        if lack := lacks(status.engine, self._ik_mode):
+            return f"its engine, {status.engine}, lacks {lack}"
         if status.engine in _OF_THE_KERNEL and status.kernel_hash != self._kernel_hash:
             version = status.mobo_version or "of an unknown version"
             return f"its kernel (mobo {version}) is another than here ({__version__})"

@@ -16,7 +16,7 @@ from mobo_core.coordination.answer import AnswerEngine
 from mobo_core.design import SPACES, DesignSpace, load_space
 from mobo_core.errors import InputError
 from mobo_core.evaluation.objectives import OBJECTIVES
-from mobo_core.evaluation.spec import DEFAULT_PRESET, PRESETS, load_spec
+from mobo_core.evaluation.spec import DEFAULT_PRESET, PRESETS, lacks, load_spec
 from mobo_core.search.samplers.registry import DEFAULT_SAMPLER, SAMPLERS
 from mobo_core.search.study import StudySettings
 from mobo_core.settings import Listed, Settings
@@ -170,10 +170,9 @@ class StudyOptions(_Workers, OptimizerOptions):
 
     def check(self, settings: StudySettings) -> None:
         """See that the evaluators of this study can answer it."""
-        if self.engine == "reference" and settings.spec.ik_mode != "paper":
-            raise InputError(
-                f"ik_mode {settings.spec.ik_mode!r}, which engine reference lacks", where="spec", expected="spec:=paper"
-            )
+        if lack := lacks(self.engine, settings.spec.ik_mode):
+            has = {"reference": "spec:=paper or irteus", "kernel": "engine:=reference"}[self.engine]
+            raise InputError(f"{lack}, which engine {self.engine} lacks", where="spec", expected=has)
 
 
 class ReplayOptions(Settings):

@@ -15,7 +15,7 @@ from mobo_core.evaluation.kernel.load import kernel
 from mobo_core.evaluation.kernel.orientation import ORIENTATIONS
 from mobo_core.evaluation.kernel.starts import no_table
 from mobo_core.evaluation.obstacles import flat_arm, obstacles_of
-from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.evaluation.spec import EvaluationSpec, lacks
 from mobo_core.evaluation.tables import share, start_table_1, start_table_2
 from mobo_core.jit.numerics import sin_cos
 
@@ -59,7 +59,13 @@ def _parts(first: int, last: int, poses: int, threads: int) -> Iterator[tuple[in
 def kernel_call(
     chain: Chain, spec: EvaluationSpec, threads: int, centres: Array, rotations: Array
 ) -> tuple[Compute, float]:
-    """Return the function that evaluates a range of voxels, and the seconds its preparation took."""
+    """Return the function that evaluates a range of voxels, and the seconds its preparation took.
+
+    Raises:
+        UnableError: an ik_mode that it does not have.
+    """
+    if lack := lacks("kernel", spec.ik_mode):
+        raise UnableError(lack, where="kernel", expected="'paper' or 'complete'; or engine 'reference'")
     compiled = kernel(chain.n)
     began = time.perf_counter()
     arm = flat_arm(chain)
@@ -91,13 +97,15 @@ def reference_call(chain: Chain, spec: EvaluationSpec, centres: Array) -> Comput
     Raises:
         UnableError: an ik_mode that it does not have.
     """
+    from mobo_core.evaluation import irteus
     from mobo_core.evaluation.reference import evaluate_voxels_reference
 
-    if spec.ik_mode != "paper":
-        raise UnableError(f"ik_mode {spec.ik_mode!r}", where="reference engine", expected="'paper'")
+    if lack := lacks("reference", spec.ik_mode):
+        raise UnableError(lack, where="reference engine", expected="'paper' or 'irteus'")
+    method = (irteus.start, irteus.solve) if spec.ik_mode == "irteus" else None
     question = _question(spec, centres, DRAWN, obstacles_of(flat_arm(chain), spec))
 
     def compute(first: int, last: int, out: Outputs) -> None:
-        evaluate_voxels_reference(chain, question, first, last, out)
+        evaluate_voxels_reference(chain, question, first, last, out, method)
 
     return compute

@@ -7,6 +7,7 @@ constants of the algorithm; kinematics, Jacobian, linear algebra, distances and 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import coal
 import numpy as np
@@ -130,15 +131,21 @@ def _free_error(tip: pin.SE3, target_r: Array, target_p: Array, orientation: int
     return np.concatenate([position, turn]), float(position @ position), e_rotation
 
 
-def _that_count(jac: Array, tip: pin.SE3, orientation: int) -> Array:
-    """Return a Jacobian (6, n) without the turns that do not count."""
+def that_count(jac: Array, tip: pin.SE3, orientation: int) -> Array:
+    """Return a Jacobian (6, n) of the tool at ``tip`` without the turns that do not count."""
     axis = tip.rotation[:, 2]
     kept = {FULL: np.eye(3), FREE_ROLL: np.eye(3) - np.outer(axis, axis)}.get(orientation, np.zeros((3, 3)))
     return np.concatenate([jac[:3], kept @ jac[3:]])
 
 
-def evaluate_voxels_reference(chain: Chain, question: Question, first: int, last: int, out: Outputs) -> None:
-    """Evaluate as :func:`mobo_core.evaluation.kernel.sweep.evaluate_voxels` does, orientations being drawn."""
+def evaluate_voxels_reference(
+    chain: Chain, question: Question, first: int, last: int, out: Outputs, method: Method | None = None
+) -> None:
+    """Evaluate as :func:`mobo_core.evaluation.kernel.sweep.evaluate_voxels` does, orientations being drawn.
+
+    ``method`` is one of inverse kinematics in place of the kernel's.
+    """
+    start, solve = method or (_start, _solve)
     centres, seed, position_tolerance = question.centres, question.seed, question.position_tolerance
     model = ReferenceModel(chain)
     target_r, q = np.empty((3, 3)), np.empty(chain.n)
@@ -153,8 +160,8 @@ def evaluate_voxels_reference(chain: Chain, question: Question, first: int, last
             outcome, best = kernel.NOT_CONVERGED, math.inf
             for attempt in range(question.attempts):
                 out.effort[row, 0] += 1
-                random_start(seed, voxel, pose, attempt, chain.lower, chain.upper, q)
-                converged, steps = _solve(model, q, target_r, centres[voxel], question)
+                start(chain, seed, voxel, pose, attempt, q)
+                converged, steps = solve(model, q, target_r, centres[voxel], question)
                 out.effort[row, 1] += steps
                 if not converged:
                     continue
@@ -174,6 +181,16 @@ def evaluate_voxels_reference(chain: Chain, question: Question, first: int, last
                 out.torque[row, pose] = best
 
 
+# Writes an attempt's first configuration, of (seed, voxel, pose, attempt); improves it, as _solve does.
+Start = Callable[[Chain, int, int, int, int, Array], None]
+Solve = Callable[[ReferenceModel, Array, Array, Array, Question], tuple[bool, int]]
+Method = tuple[Start, Solve]
+
+
+def _start(chain: Chain, seed: int, voxel: int, pose: int, attempt: int, q: Array) -> None:
+    random_start(seed, voxel, pose, attempt, chain.lower, chain.upper, q)
+
+
 def _solve(
     model: ReferenceModel, q: Array, target_r: Array, target_p: Array, question: Question
 ) -> tuple[bool, int]:
@@ -186,7 +203,7 @@ def _solve(
             return True, iteration
         if iteration == question.iterations:
             break
-        jac = _that_count(model.jacobian(q), tip, question.orientation)
+        jac = that_count(model.jacobian(q), tip, question.orientation)
         gradient = jac.T @ error
         frozen = ((q <= lower) & (gradient < 0)) | ((q >= upper) & (gradient > 0))
         jac[:, frozen] = 0.0

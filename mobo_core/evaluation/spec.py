@@ -51,8 +51,10 @@ class EvaluationSpec(Settings):
     workspace_max: Vector = Field((0.5, 0.5, 0.5), description="m, base frame, the corner opposite")
     voxel_size: float = Field(0.2, gt=0, description="m, of which each side is a multiple")
     poses_per_voxel: int = Field(30, ge=1, le=65535, description="orientations at each voxel's centre")
-    ik_mode: Literal["paper", "complete"] = Field(
-        "paper", description="inverse kinematics: from random starts (paper), or from better ones (complete)"
+    ik_mode: Literal["paper", "complete", "irteus"] = Field(
+        "paper",
+        description="inverse kinematics: from random starts (paper), from better ones (complete), or as EusLisp's "
+        "irteus has it (engine reference alone)",
     )
     rules: int = Field(
         1, ge=1, le=MOST_RULES, description="of ik_mode complete: how starts are chosen and attempts given up"
@@ -149,17 +151,24 @@ PRESETS: dict[str, dict[str, object]] = {
     "paper_fine": {"voxel_size": 0.1},
     "mobo": {"ik_mode": "complete", "rules": 3, "restarts": 303, "iterations": 12},
 }
+IRTEUS: dict[str, object] = {"rules": 1, "restarts": 5, "iterations": 49}  # as its authors have it
 # What studies and commands ask where no spec is named. The fields' own defaults stay as older bags mean them.
 DEFAULT_PRESET = "mobo"
 
 
+def lacks(engine: str, ik_mode: str) -> str:
+    """Say which ik_mode an engine lacks; "" if it has it. Engines other than these two do no inverse kinematics."""
+    missing = {"kernel": "irteus", "reference": "complete"}.get(engine)
+    return f"ik_mode {ik_mode!r}" if ik_mode == missing else ""
+
+
 def with_ik(spec: EvaluationSpec, ik_mode: str) -> EvaluationSpec:
-    """Return ``spec`` with another ik_mode, and the rules, restarts and iterations of that mode's preset.
+    """Return ``spec`` with another ik_mode, and the rules, restarts and iterations that go with it.
 
     Raises:
         InputError: no such mode.
     """
-    effort: dict[str, object] = {"ik_mode": ik_mode}
+    effort: dict[str, object] = {"ik_mode": ik_mode, **(IRTEUS if ik_mode == "irteus" else {})}
     for preset in (EvaluationSpec.of(values) for values in PRESETS.values()):
         if preset.ik_mode == ik_mode:
             effort |= {"rules": preset.rules, "restarts": preset.restarts, "iterations": preset.iterations}
