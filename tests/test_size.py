@@ -117,6 +117,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert [joint["motor"]["name"] in out for joint in found["joints"]] == [True] * 6
     assert mobo("size", *asked, "-o", tmp_path / "map.svg") == 0
     assert (tmp_path / "map.svg").read_bytes().startswith(b"<?xml")
+    capsys.readouterr()
     bad = tmp_path / "bad.yaml"
     for text in ("[]", "motors: [{name: a}]", "[{name: a, torque: -1, mass: 1}]", "{", "joints: [a]", "[1, 2]"):
         bad.write_text(text)
