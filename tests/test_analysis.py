@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,7 +20,9 @@ from studies import messages, mobo, run_study
 from mobo_core.bag.collector import read_study
 from mobo_core.evaluation.spec import EvaluationSpec
 from mobo_core.report.columns import table_columns
+from mobo_core.report.console import console_for, front_table, prefix_table
 from mobo_core.report.figures.drawing import has_dark_text, looks, picture, red_to_green
+from mobo_core.report.figures.registry import FIGURES
 from mobo_core.report.figures.voxel_layers import panels, voxel_figure
 from mobo_core.report.prefixes import PAPER_COLOURS, groups, prefix_of, styles
 from mobo_core.report.row import Row
@@ -325,7 +328,10 @@ def test_report_of_a_damaged_bag_says_so_and_goes_on(
 
 
 @pytest.mark.slow
-def test_report_of_several_bags_has_a_folder_for_each(small: Path, tmp_path: Path) -> None:
+def test_report_of_several_bags_has_a_folder_for_each(
+    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(FIGURES, "_entries", {"claims": FIGURES["claims"], "stages": FIGURES["stages"]})
     seven = {"space": {"n_joints": 7, "lengths": "sequential"}, "sampler": "random"}
     other = run_study(tmp_path / "one" / "small", 3, name="seven", settings=seven)
     assert mobo("report", small, other, "-o", tmp_path / "out") == 0
@@ -334,6 +340,15 @@ def test_report_of_several_bags_has_a_folder_for_each(small: Path, tmp_path: Pat
     assert links == ["small/index.html", "small_2/index.html"]
     assert "length_7" in (tmp_path / "out" / "small_2" / "front.csv").read_text(encoding="utf-8")
     assert all((tmp_path / "out" / address).is_file() for address in links)
+
+
+def test_no_text_of_a_bag_speaks_to_the_terminal(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    hostile = replace(study_table(read_study(bag)).front[0], joints="\x1b]0;me\x07[red]PY")
+    table = StudyTable((hostile,), 6, 75)
+    console_for(front_table(table)).print(front_table(table))
+    console_for(prefix_table(groups(table), 75)).print(prefix_table(groups(table), 75))
+    out = capsys.readouterr().out
+    assert out.count("\\x1b]0;me\\x07[red]PY") == 2 and "\x1b" not in out and "\x07" not in out
 
 
 def test_report_of_no_bag_writes_nothing(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

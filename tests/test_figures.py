@@ -7,12 +7,10 @@ from pathlib import Path
 
 import pytest
 from distributions import install
-from studies import mobo
+from studies import mobo, run_study
 
 from mobo_core.report.figures.figure import Figure
 from mobo_core.report.figures.registry import FIGURES
-
-SAMPLE = Path(__file__).parents[1] / "bags" / "sample" / "paper_6"
 
 SOURCE = """
 from matplotlib.figure import Figure as Canvas
@@ -41,10 +39,16 @@ NONE = Figure("nothing", "Nothing to show", "Nothing.", lambda study, table: [])
 
 
 @pytest.fixture(scope="module")
-def plain(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two trials, one of which failed: all figures have something to show."""
+    return run_study(tmp_path_factory.mktemp("bags") / "two", 2, rejected={0})
+
+
+@pytest.fixture(scope="module")
+def plain(bag: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report without any other distribution."""
     folder = tmp_path_factory.mktemp("plain")
-    assert mobo("report", SAMPLE, "-o", folder) == 0
+    assert mobo("report", bag, "-o", folder) == 0
     return folder
 
 
@@ -53,16 +57,17 @@ def names(folder: Path) -> set[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 def test_a_figure_of_another_distribution(
-    plain: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    bag: Path, plain: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """It is in folder, page and help; one that raises is told in a line, and all else is as without it."""
     entries = {"seconds": "SECONDS", "a_broken": "BROKEN", "wrong": "WRONG", "twice": "TWICE", "nothing": "NONE"}
     install(tmp_path, monkeypatch, FIGURES, "more_figures", SOURCE, **entries)
     out = tmp_path / "out"
     shutil.copytree(plain, out)
-    assert mobo("report", SAMPLE, "-o", out) == 0
+    (out / "seconds_of_old.png").write_bytes(b"of an older report")
+    (out / "secondsight.png").write_bytes(b"mine")
+    assert mobo("report", bag, "-o", out) == 0
     lines = capsys.readouterr().err.splitlines()
     assert [line.split(": ")[:3] for line in lines] == [
         ["mobo", "figure 'broken' left out", "KeyError"],
@@ -70,7 +75,7 @@ def test_a_figure_of_another_distribution(
         ["mobo", "figure 'wrong' left out", "AttributeError"],
     ]
     added = {"seconds_good.png", "seconds_good.svg", "seconds_a_b.png", "seconds_a_b.svg"}
-    assert names(out) == names(plain) | added
+    assert names(out) == names(plain) | added | {"secondsight.png"}
     for file in names(plain) - {"index.html"}:
         assert (out / file).read_bytes() == (plain / file).read_bytes()
     page = (out / "index.html").read_text(encoding="utf-8")
@@ -79,11 +84,6 @@ def test_a_figure_of_another_distribution(
     assert not any(heading in page for heading in ("<h2>Broken", "<h2>Wrong", "<h2>Twice", "<h2>Nothing"))
     assert mobo("report", "--help") == 0
     assert "  seconds_<STATE>.png and .svg  Seconds of each evaluation.\n" in capsys.readouterr().out
-
-    (out / "seconds_of_old.png").write_bytes(b"of an older report")
-    (out / "secondsight.png").write_bytes(b"mine")
-    assert mobo("report", SAMPLE, "-o", out) == 0
-    assert names(out) == names(plain) | added | {"secondsight.png"}
 
 
 def test_help_names_every_figure_and_its_files(capsys: pytest.CaptureFixture[str]) -> None:
@@ -94,7 +94,7 @@ def test_help_names_every_figure_and_its_files(capsys: pytest.CaptureFixture[str
         assert figure.files in text and figure.caption.split(".")[0] in " ".join(text.split())
 
 
-def test_an_own_figure_that_raises_is_not_hidden(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_own_figure_that_raises_is_not_hidden(bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Mobo's own faults are found, not passed over."""
 
     def fail(study: object, table: object) -> list[object]:
@@ -103,7 +103,7 @@ def test_an_own_figure_that_raises_is_not_hidden(tmp_path: Path, monkeypatch: py
     broken = Figure("sampling", "", "caption", fail)  # type: ignore[arg-type]
     monkeypatch.setattr(FIGURES, "_entries", {**dict(FIGURES), "sampling": broken})
     with pytest.raises(ZeroDivisionError):
-        mobo("report", SAMPLE, "-o", tmp_path)
+        mobo("report", bag, "-o", tmp_path)
     assert not names(tmp_path)
 
 

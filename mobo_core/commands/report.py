@@ -65,10 +65,8 @@ def run(args: argparse.Namespace) -> int:
     for bag, folder in zip(args.bags, report_folders([Path(bag) for bag in args.bags], output), strict=True):
         study = read_bag_argument(bag)
         atlas, why = fitting_atlas(study.settings, engine_of(study), Path(args.atlas) if args.atlas else None)
-        with bar(f"report of {study.name}"[:60]) as progress:
-            reports.append(
-                write_report(study, folder, progress, bag=bag, pinned=args.pin, atlas=atlas, no_atlas=why)
-            )
+        with bar(visible(f"report of {study.name}")[:60]) as progress:
+            reports.append(write_report(study, folder, progress, bag=bag, pinned=args.pin, atlas=atlas, no_atlas=why))
         _print(reports[-1])
         print(visible(f"atlas      {_against(reports[-1], atlas) if atlas is not None else why}"))
     if len(reports) > 1:
@@ -91,7 +89,8 @@ def _print(report: Report) -> None:
 
     table = report.table
     failed = f", {len(table.failed)} failed" if table.failed else ""
-    print(f"{report.study.name}: {len(table.rows)} trials told{failed}, {len(table.front)} on the front\n")
+    told = f"{len(table.rows)} trials told{failed}, {len(table.front)} on the front"
+    print(f"{visible(report.study.name)}: {told}\n")
     if table.complete:
         front = front_table(table)
         prefixes = prefix_table(found(report.groups, others=_OTHER_PREFIXES), table.n_voxels)

@@ -9,6 +9,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
+from mobo_core.errors import visible
 from mobo_core.report.lengths import lengths_text
 from mobo_core.report.prefixes import Group
 from mobo_core.report.row import Row
@@ -72,7 +73,7 @@ def prefix_table(groups: list[Group], n_voxels: int) -> Table:
     for heading in ("prefix", "arms", "on front", "trial", "joints", f"reach of {n_voxels}", "torque N m", "lengths m"):
         out.add_column(heading, justify="left" if heading in ("prefix", "joints", "lengths m") else "right")
     for i, group in enumerate(groups):
-        prefix = Text(group.prefix, style="bold" if group.in_paper else "")
+        prefix = Text(visible(group.prefix), style="bold" if group.in_paper else "")
         last_named = group.in_paper and (i + 1 == len(groups) or not groups[i + 1].in_paper)
         best = group.best
         cells = [*_cells(best)[:4], _cells(best)[-2]] if best is not None else [Text("-")] * 5
@@ -85,4 +86,4 @@ def _cells(row: Row) -> list[Text]:
     further = [f"{value:.4g}" for _, value in row.extra]
     known = ", ".join(row.known_as)
     values = (str(row.trial), row.joints, f"{row.reach:.2f}", f"{row.torque:.1f}", *further, lengths, known)
-    return [Text(value) for value in values]
+    return [Text(visible(value)) for value in values]

@@ -6,13 +6,14 @@ import io
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Literal
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
 from matplotlib.colors import Colormap, ListedColormap
 from matplotlib.figure import Figure
 
+_COMPRESSION = 3  # of 9
 INK, FAINT, PAPER = "#222222", "#767676", "#ffffff"
 
 
@@ -50,7 +51,10 @@ def picture(figure: Figure, kind: Literal["png", "svg"], dpi: int = 160) -> byte
     """Return a figure as a file's bytes; the same figure gives the same bytes. Call inside :func:`looks`."""
     out = io.BytesIO()
     metadata = dict.fromkeys(("Date", "Creator") if kind == "svg" else ("Software",))
-    figure.savefig(out, format=kind, dpi=dpi, metadata=metadata)
+    # A quarter of the time for a tenth more bytes.
+    more: dict[str, Any] = {"pil_kwargs": {"compress_level": _COMPRESSION}} if kind == "png" else {}
+    figure.savefig(out, format=kind, dpi=dpi, metadata=metadata, **more)
+    figure.set_layout_engine("none")  # the next kind is laid out alike
     return out.getvalue()
 
 

@@ -41,7 +41,8 @@ def place_labels(
         points: x, y (data units) and how much it matters not to hide it.
     """
     canvas = FigureCanvasAgg(figure)
-    canvas.draw()
+    figure.draw_without_rendering()  # for the layout, which stays as it is then
+    figure.set_layout_engine("none")
     scale = figure.dpi / 72
     frame = axes.get_window_extent()
     table = np.asarray(points, float).reshape(-1, 3)

@@ -12,7 +12,10 @@ mobo.view("steadiness", (root, data, study) => {
   const chart = new mobo.Chart(place, { width, height: 380, title: "arms by how often they are on the front", xLabel: `${x.label}${x.unit ? ` [${x.unit}]` : ""}`, yLabel: `${y.label}${y.unit ? ` [${y.unit.split(",")[0]}]` : ""}`,
     x: pad(range(arms.map((one) => x.values[one.row]))), y: pad(range(arms.map((one) => y.values[one.row]))) }).axes();
   for (const one of arms.slice().sort((a, b) => a.front - b.front)) {
-    const dot = el("circle.dot", { cx: chart.toX(x.values[one.row]), cy: chart.toY(y.values[one.row]), r: 1.6 + 6 * Math.sqrt(one.share), fill: one.front ? "var(--accent)" : "var(--others)", opacity: 0.8 },
+    const [cx, cy, r] = [chart.toX(x.values[one.row]), chart.toY(y.values[one.row]), 1.6 + 6 * Math.sqrt(one.share)];
+    // Shape tells the front too, for those who cannot tell the colours.
+    const [shape, places] = one.front ? ["circle.dot", { cx, cy, r }] : ["rect.dot", { x: cx - 0.9 * r, y: cy - 0.9 * r, width: 1.8 * r, height: 1.8 * r }];
+    const dot = el(shape, { ...places, fill: one.front ? "var(--accent)" : "var(--others)", opacity: 0.8 },
       el("title", {}, `${study.order(one.row)}, trial ${one.trial}: ${Math.round(100 * one.share)} %`));
     dot.addEventListener("click", () => study.choose(one.row, { reveal: true }));
     chart.svg.append(dot);

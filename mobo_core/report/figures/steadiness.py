@@ -21,11 +21,12 @@ def steadiness_figure(study: StudyRecord, table: StudyTable, found: list[Steadin
     axes.set_title(plain(f"{study.name}: on the front beyond noise"), loc="left", pad=12)
     axes.set(xlabel=f"reach [of {table.n_voxels} voxels]", ylabel="torque [N m, summed over voxels]")
     axes.grid(True)
-    for on_front, colour, label in ((False, "#b0b6bc", "near the front"), (True, "#0072b2", "on the front")):
+    kinds = ((False, "#b0b6bc", "s", "near the front"), (True, "#0072b2", "o", "on the front"))
+    for on_front, colour, marker, label in kinds:
         of = [one for one in found if one.row.on_front is on_front]
         axes.scatter(
             [one.row.reach for one in of], [one.row.torque for one in of], s=[4 + 130 * one.share for one in of],
-            c=colour, alpha=0.75, linewidths=0.5, edgecolors="white", label=label,
+            c=colour, marker=marker, alpha=0.75, linewidths=0.5, edgecolors="white", label=label,
         )  # fmt: skip
     axes.legend(loc="upper left", title=f"size: share of {RESAMPLES} resamples")
     return figure
