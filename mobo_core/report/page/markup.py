@@ -16,6 +16,7 @@ _POLICY = (
     "default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src 'unsafe-inline' 'unsafe-eval'; "
     "base-uri 'none'; form-action 'none'"
 )
+_STYLES = ("page", "explorer", "arm", "figures", "small")  # later rules win
 GENERATOR = '<meta name="generator" content="mobo '
 
 
@@ -36,7 +37,7 @@ def html(title: str, body: Sequence[str], scripts: Sequence[str] = ()) -> str:
 
 @cache
 def _style() -> str:
-    return (files(__package__) / "style.css").read_text(encoding="utf-8")
+    return "".join((files(__package__) / "styles" / f"{name}.css").read_text(encoding="utf-8") for name in _STYLES)
 
 
 @cache

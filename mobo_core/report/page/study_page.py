@@ -20,8 +20,8 @@ from mobo_core.report.table import StudyTable
 
 # In the order in which they are run; figures' own come before the last.
 _LIBRARY = (
-    "base", "study", "marks", "ticks", "brief", "known", "scatter_input", "scatter", "parallel", "urdf", "robot",
-    "scene", "viewer", "voxels", "card", "chart", "tables",
+    "base", "study", "marks", "ticks", "brief", "known", "scatter_input", "scatter_axes", "scatter", "parallel", "urdf",
+    "robot", "scene", "viewer", "voxels", "card", "chart", "tables",
 )  # fmt: skip
 
 

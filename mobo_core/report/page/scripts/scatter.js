@@ -85,7 +85,7 @@ mobo.Scatter = class {
     }
     const [r, g, b] = mobo.rgb(mobo.theme.colour("plot"));
     this.pixels.fill(0xff000000 | (b << 16) | (g << 8) | r);
-    this.#grid();
+    mobo.scatterGrid(this);
     const { shown, style } = this.study, xs = this.x.values, ys = this.y.values;
     const inner = this.inner, d = this.dpr, [x0, x1] = this.view.x, [y0, y1] = this.view.y;
     const ax = (d * inner.width) / (x1 - x0), bx = d * inner.left - x0 * ax;
@@ -110,89 +110,8 @@ mobo.Scatter = class {
     this.frames = (this.frames ?? 0) + 1;
   }
 
-  #grid() {
-    const { left, top, width, height } = this.inner, d = this.dpr, W = this.canvas.width;
-    const [r, g, b] = mobo.rgb(mobo.theme.colour("grid")), colour = 0xff000000 | (b << 16) | (g << 8) | r;
-    const many = Math.max(2, Math.round(width / (this.small ? 70 : 95)));
-    this.xTicks = mobo.ticks(...this.view.x, many);
-    this.yTicks = mobo.ticks(...this.view.y, Math.max(2, Math.round(height / 60)));
-    const y0 = Math.round(d * top), y1 = Math.round(d * (top + height)), x0 = Math.round(d * left), x1 = Math.round(d * (left + width));
-    for (const value of this.xTicks.values) {
-      const x = Math.round(d * this.toX(value));
-      for (let y = y0; y < y1; y++) this.pixels[y * W + x] = colour;
-    }
-    for (const value of this.yTicks.values) {
-      const y = Math.round(d * this.toY(value));
-      this.pixels.fill(colour, y * W + x0, y * W + x1);
-    }
-  }
-
-  #axes(context) {
-    const { left, top, width, height } = this.inner;
-    context.save();
-    context.fillStyle = mobo.theme.colour("faint");
-    context.font = `12px ${mobo.theme.colour("font")}`;
-    context.textAlign = "center";
-    for (const value of this.xTicks.values) context.fillText(mobo.tickText(value, this.xTicks.step), this.toX(value), top + height + 16);
-    context.textAlign = "right";
-    for (const value of this.yTicks.values) context.fillText(mobo.tickText(value, this.yTicks.step), left - 7, this.toY(value) + 4);
-    const name = (column) => (column.unit ? `${column.label}  [${column.unit}]` : column.label);
-    const shortName = (column) => (column.unit && column.unit.length < 5 ? `${column.label} [${column.unit}]` : column.label);
-    const text = this.compact ? shortName : name;
-    context.fillStyle = mobo.theme.colour("ink");
-    context.font = `12.5px ${mobo.theme.colour("font")}`;
-    context.textAlign = "center";
-    context.fillText(text(this.x), left + width / 2, this.height - 7);
-    context.translate(13, top + height / 2);
-    context.rotate(-Math.PI / 2);
-    context.fillText(text(this.y), 0, 0);
-    context.restore();
-  }
-
-  // What changes without the points: known arms, what is pointed at, chosen, pinned.
   paintOver() {
-    if (!this.view || !this.width || !this.image) return;
-    const { context, study } = this;
-    context.putImageData(this.image, 0, 0);
-    context.setTransform(this.dpr, 0, 0, this.dpr, 0, 0);
-    this.#axes(context);
-    context.save();
-    const { left, top, width, height } = this.inner;
-    context.beginPath();
-    context.rect(left, top, width, height);
-    context.clip();
-    const ink = mobo.theme.colour("ink");
-    const at = (row) => [this.toX(this.x.values[row]), this.toY(this.y.values[row])];
-    const circle = (row, radius, colour, line) => {
-      const [x, y] = at(row);
-      context.beginPath();
-      context.arc(x, y, radius, 0, 2 * Math.PI);
-      context.lineWidth = line;
-      context.strokeStyle = colour;
-      context.stroke();
-    };
-    const floor = study.meta.floor;
-    if (this.xName === "reach") {
-      const x = this.toX(floor);
-      context.setLineDash([4, 4]);
-      context.strokeStyle = mobo.theme.colour("faint");
-      context.lineWidth = 1;
-      context.beginPath(); context.moveTo(x, top); context.lineTo(x, top + height); context.stroke();
-      context.setLineDash([]);
-      if (!this.small) {
-        context.fillStyle = mobo.theme.colour("faint");
-        context.font = `11px ${mobo.theme.colour("font")}`;
-        context.fillText(`floor ${mobo.short(floor)}`, x + 4, top + 11);
-      }
-    }
-    if (this.known) mobo.nameKnown(this, context, at);
-    for (const row of study.pins) circle(row, 9, mobo.theme.colour("pin"), 2.5);
-    if (study.chosen >= 0) {
-      circle(study.chosen, 8.5, mobo.theme.colour("plot"), 6);
-      circle(study.chosen, 8.5, mobo.theme.colour("accent"), 3);
-    }
-    if (this.hover >= 0) circle(this.hover, 7, ink, 2);
-    context.restore();
+    if (this.view && this.width && this.image) mobo.scatterOver(this);
   }
 
   // The shown arm nearest to a place in the plot, within so many pixels; -1 if there is none.
