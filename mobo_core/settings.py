@@ -68,7 +68,12 @@ class Settings(BaseModel):
             raise InputError(reason, where=str(path), expected=f"a YAML file of {cls.__name__}") from None
         except ValueError as error:
             raise InputError(f"not YAML ({_short(str(error))})", where=str(path), expected="YAML") from None
-        return cls.of({} if values is None else values, where=str(path))
+        return cls.of(cls._from_file({} if values is None else values, path), where=str(path))
+
+    @classmethod
+    def _from_file(cls, values: object, path: Path) -> object:
+        """Return the values of a file as :meth:`of` takes them; for fields that other files hold."""
+        return values
 
     def to_dict(self, *, full: bool = False) -> dict[str, object]:
         """Return plain values (numbers, strings, lists), fit for JSON and YAML.

@@ -1,19 +1,21 @@
-"""What a spec may ask beyond the paper's question: a tool, part of the orientation, obstacles."""
+"""What a spec may ask beyond the paper's question: a tool, part of the orientation, obstacles, given poses."""
 
 from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import coal
 import numpy as np
 import pinocchio as pin
 import pytest
-from arms import KernelView, WholeRobot, arm, random_arm, small_spec
+from arms import LENGTHS, KernelView, WholeRobot, arm, random_arm, small_spec
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mobo_core.commands.cli import main
 from mobo_core.design import DesignSpace
 from mobo_core.evaluation import EvaluationSpec, load_spec
 from mobo_core.evaluation.chain import asked_chain
@@ -22,7 +24,9 @@ from mobo_core.evaluation.kernel.obstacles import box_distance_squared, touches_
 from mobo_core.evaluation.kernel.orientation import aim
 from mobo_core.evaluation.matrices import rpy_matrix
 from mobo_core.evaluation.obstacles import flat_arm, obstacles_of
+from mobo_core.evaluation.pose_file import read_poses
 from mobo_core.evaluation.reference import ReferenceModel
+from mobo_core.evaluation.spec import with_poses
 from mobo_core.evaluation.spec_message import spec_from_message, spec_to_message
 from mobo_core.evaluation.wording import further_asked
 from mobo_core.messages import decode, encode
@@ -89,7 +93,7 @@ def test_an_arm_with_a_tool_is_the_arm_that_has_it_as_a_link() -> None:
 def test_what_older_versions_could_ask_is_written_as_they_wrote_it() -> None:
     """Later fields are written where they ask for something, and come back; a message holds them in any case."""
     assert "tool_xyz" not in json.loads(EvaluationSpec(seed=3).to_json())
-    spec = EvaluationSpec.of(TOOL | ROOM)
+    spec = EvaluationSpec.of(TOOL | ROOM | {"target_poses": [[0.1, 0.2, 0.3, 1.0, -0.5, 0.0]], "poses_per_voxel": 1})
     assert EvaluationSpec.of(json.loads(spec.to_json())) == spec
     assert spec_from_message(decode(SpecMessage, encode(spec_to_message(spec)))) == spec
 
@@ -272,3 +276,91 @@ def test_what_stands_around_is_kept_clear_of() -> None:
     assert np.array_equal(fast.in_collision, reference.in_collision)
     complete = evaluate(urdf, load_spec("mobo").model_copy(update={"obstacles": spec.obstacles, "floor_z": 0.0}))
     assert 10 < complete.reach < evaluate(urdf, load_spec("mobo")).reach - 1
+
+
+def written(folder: Path, name: str, text: str) -> str:
+    """Write a file and return its path."""
+    (folder / name).write_text(text)
+    return str(folder / name)
+
+
+def test_files_of_poses(tmp_path: Path) -> None:
+    """CSV and YAML, lists and names, roll, pitch and yaw or a quaternion: all give the same poses."""
+    rng = np.random.default_rng(0)
+    poses = [tuple(rng.uniform(-1.5, 1.5, 6).tolist()) for _ in range(5)] + [(0.1, 0.2, 0.3, 0.0, math.pi / 2, 0.4)]
+    turned = [[*p[:3], *pin.Quaternion(pin.rpy.rpyToMatrix(*p[3:])).coeffs().tolist()] for p in poses]
+    lines, names = [",".join(map(repr, p)) for p in poses], "x,y,z,roll,pitch,yaw"
+    files = {
+        "plain.csv": "\n".join(["# grasps", *lines]),
+        "named.csv": "\n".join([names.upper(), *lines, ""]),
+        "quaternions.csv": "\n".join(["x, y, z, qx, qy, qz, qw", *(",".join(map(repr, p)) for p in turned)]),
+        "plain.yaml": json.dumps([list(p) for p in poses]),
+        "quaternions.yaml": json.dumps({"poses": turned}),
+        "named.yaml": json.dumps([dict(zip(names.split(","), p, strict=True)) for p in poses]),
+    }
+    for name, text in files.items():
+        found = read_poses(written(tmp_path, name, text))
+        for one, other in zip(found, poses, strict=True):
+            assert one[:3] == other[:3]
+            assert np.abs(pin.rpy.rpyToMatrix(*one[3:]) - pin.rpy.rpyToMatrix(*other[3:])).max() < 1e-7, name
+    spec = load_spec(written(tmp_path, "spec.yaml", "poses: plain.csv\nseed: 3\n"))
+    assert (spec.target_poses, spec.poses_per_voxel, spec.n_voxels) == (tuple(poses), 1, 6)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("a.csv", "1,2,3\n", "line 1: 3 numbers; expected x y z roll pitch yaw"),
+        ("a.csv", "x,y,z,roll\n1,2,3,4\n", "line 2: names x, y, z, roll; expected"),
+        ("a.csv", "x,y,z,roll,pitch,yaw\n1,2\n", "line 2: 2 cells; expected 6"),
+        ("a.csv", "1,2,3,4,5,six\n", "line 1: 'six'; expected a finite number"),
+        ("a.csv", "0,0,0,0,0,0,2\n", "line 1: a quaternion of length 2; expected length 1"),
+        ("a.csv", "", "0 poses; expected 1 to 1000"),
+        ("a.csv", "0,0,0,0,0,0\n" * 1001, "1001 poses; expected 1 to 1000"),
+        ("a.yaml", "[[0, 0, 0, 0, 0, .nan]]", "pose 1: nan; expected a finite number"),
+        ("a.yaml", "{a: 1}", "got dict; expected a list of poses"),
+        ("a.yaml", "[1, 2]", "pose 1: 1; expected"),
+        ("a.yaml", "[[", "not YAML"),
+    ],
+)
+def test_bad_files_of_poses(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, text: str, words: str
+) -> None:
+    """They are refused in one line that names file and place, with exit code 2."""
+    path = written(tmp_path, name, text)
+    assert main(["evaluate", "--joints", "PRRYPY", "--lengths", "0.1,0.1,0.1,0.1,0.1,0.1", "--poses", path]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert path in error
+    assert words in error
+
+
+def test_given_poses(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Reach is how many of the given poses are reached; each has its outcome; both engines and the audit agree."""
+    urdf = arm("PRRYPY")
+    chain = asked_chain(urdf, "", EvaluationSpec())
+    model, rng, rows = ReferenceModel(chain), np.random.default_rng(5), []
+    while len(rows) < 12:
+        q = rng.uniform(0.8 * chain.lower, 0.8 * chain.upper)
+        if model.clearance(q) > 1e-3:
+            pose = model.tip(q)
+            rows.append([*pose.translation, *pin.Quaternion(pose.rotation).coeffs()])
+    rows.append([0.0, 0.0, 5.0, 0, 0, 0, 1])
+    path = written(tmp_path, "poses.csv", "\n".join(",".join(repr(float(v)) for v in row) for row in rows))
+    spec = with_poses(load_spec("mobo"), read_poses(path))
+    result = evaluate(urdf, spec, audit_poses=20)
+    assert result.reach == 12.0
+    assert result.outcomes() == ["reached"] * 12 + ["out_of_range"]
+    assert result.torque == math.fsum(result.voxel_torque)
+    assert (result.audit_fault, result.audit_poses) == ("", 12)
+    plain = with_poses(EvaluationSpec(restarts=1), spec.target_poses)
+    fast, reference = (evaluate(urdf, plain, engine=engine) for engine in ("kernel", "reference"))
+    assert (fast.outcomes(), fast.attempts) == (reference.outcomes(), reference.attempts)
+    assert 2 < fast.reach <= 12
+    arguments = ["evaluate", "--joints", "PRRYPY", "--lengths", ",".join(map(str, LENGTHS["PRRYPY"])), "--poses", path]
+    assert main(arguments) == 0
+    text = capsys.readouterr().out
+    assert "reach   12 of 13 poses" in text
+    assert "not reached: 13 (out of range)" in text
+    assert main([*arguments, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["outcomes"] == result.outcomes()

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mobo_core.evaluation.chain import Array, Chain, asked_chain
-from mobo_core.evaluation.engines import DRAWN, kernel_call, reference_call
+from mobo_core.evaluation.engines import kernel_call, reference_call
 from mobo_core.evaluation.kernel import CACHE
 from mobo_core.evaluation.kernel.arguments import Outputs
 from mobo_core.evaluation.result import Engine
 from mobo_core.evaluation.spec import EvaluationSpec, with_ik
+from mobo_core.evaluation.targets import given_rotations
 from mobo_core.jit.cache import cache_base
 from mobo_core.jit.numerics import target_rotation
 from mobo_core.outputs import replace_whole
@@ -50,13 +51,14 @@ def chain_of(urdf: str, spec: EvaluationSpec) -> Chain:
     return asked_chain(urdf, "", spec)
 
 
-def measure(chain: Chain, spec: EvaluationSpec, engine: Engine = "kernel", rotations: Array = DRAWN) -> Measured:
+def measure(chain: Chain, spec: EvaluationSpec, engine: Engine = "kernel", rotations: Array | None = None) -> Measured:
     """Evaluate a chain; ``rotations`` (voxels, poses, 3, 3) takes the place of those that the spec's seed draws."""
     centres = spec.voxel_centres()
     out = Outputs.empty(spec.n_voxels, spec.poses_per_voxel, chain.n)
     if engine == "kernel":
         began = time.thread_time()
-        compute, _ = kernel_call(chain, spec, 1, centres, rotations)
+        given = given_rotations(spec) if rotations is None else rotations
+        compute, _ = kernel_call(chain, spec, 1, centres, given)
     else:
         compute, middle = reference_call(chain, spec, centres), spec.n_voxels // 2
         compute(middle, middle + 1, Outputs.empty(1, spec.poses_per_voxel, chain.n))  # warm-up
@@ -101,6 +103,8 @@ class ExhaustiveSearch:
 
 def target_rotations(spec: EvaluationSpec) -> Array:
     """Return the orientations (voxels, poses, 3, 3) of a spec's targets."""
+    if spec.target_poses:
+        return given_rotations(spec)
     rotations = np.empty((spec.n_voxels, spec.poses_per_voxel, 3, 3))
     for voxel in range(spec.n_voxels):
         for pose in range(spec.poses_per_voxel):

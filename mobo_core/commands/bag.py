@@ -84,7 +84,7 @@ def run_info(args: argparse.Namespace) -> int:
 def _print(info: dict[str, Any]) -> None:
     from mobo_core.design import DesignSpace
     from mobo_core.evaluation.spec import EvaluationSpec
-    from mobo_core.evaluation.wording import further_asked
+    from mobo_core.evaluation.wording import further_asked, poses_text
 
     settings, trials = info["settings"], info["trials"]
     space, asked = DesignSpace.of(settings["space"]), EvaluationSpec.of(settings["spec"])
@@ -94,7 +94,7 @@ def _print(info: dict[str, Any]) -> None:
     lines = [
         ("study", info["study"] + (f", being written to by {writer}" if writer else "")),
         ("space", f"{space.n_joints} joints of {space.letters}, {space.total_text} m, {space.lengths}"),
-        ("spec", f"{asked.n_voxels} voxels of {asked.voxel_size:g} m, {asked.poses_per_voxel} poses each, "
+        ("spec", f"{poses_text(asked)}, "
                  f"{', '.join([f'{asked.ik_mode} IK, seed {asked.seed}', *further_asked(asked)])}"),
         ("sampler", f"{settings['sampler']}, seed {settings['seed']}, {settings['n_startup_trials']} start-up trials, "
                     f"{settings['in_flight']} in flight"),

@@ -35,6 +35,7 @@ def add(verbs: Verbs) -> None:
         "  mobo evaluate panda.urdf --tip panda_hand --spec paper_fine --json\n"
         "  mobo evaluate ur.urdf.xacro --xacro ur_type:=ur5e --package-dir ~/ws/src\n"
         "  mobo evaluate tiago.urdf --tip arm_tool_link --set torso_lift_joint=0.1 --srdf tiago.srdf\n"
+        "  mobo evaluate ur5.urdf --poses grasps.csv\n"
         "  mobo evaluate bags/demo_001 --trial 46 --spec paper_fine",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -42,6 +43,10 @@ def add(verbs: Verbs) -> None:
     parser.add_argument("--trial", type=int, metavar="N", help="trial of the bag")
     add_arm_arguments(parser)
     parser.add_argument("--spec", help="preset (paper, paper_fine, mobo) or YAML file [mobo; the trial's]")
+    parser.add_argument(
+        "--poses", metavar="FILE",
+        help="tool poses in place of the spec's: YAML or CSV, x y z roll pitch yaw (m, rad) or x y z qx qy qz qw",
+    )  # fmt: skip
     parser.add_argument("--ik", choices=["paper", "complete", "irteus"], help="inverse kinematics, over the spec's")
     parser.add_argument("--engine", choices=["kernel", "reference"], default="kernel", help="[kernel]")
     parser.add_argument("--threads", type=int, default=1, help="threads of the kernel [1]")
@@ -56,11 +61,15 @@ def run(args: argparse.Namespace) -> int:
     from mobo_core.evaluation import with_ik
     from mobo_core.evaluation.advice import result_advice
     from mobo_core.evaluation.evaluate import evaluate
+    from mobo_core.evaluation.pose_file import read_poses
+    from mobo_core.evaluation.spec import with_poses
 
     if args.threads < 1:
         raise InputError(str(args.threads), where="--threads", expected="1 or more")
     asked = _asked(args)
     spec = with_ik(asked.spec, args.ik) if args.ik else asked.spec
+    if args.poses:
+        spec = with_poses(spec, read_poses(args.poses))
     with bar("evaluating", quiet=args.json) as progress:
         try:
             result = evaluate(

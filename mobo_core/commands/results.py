@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from mobo_core.evaluation.joint_torque import JointTorque
     from mobo_core.evaluation.result import Result
 
+_MOST_FAILED = 12  # given poses that are named
 # What has to be equal, to the bit, for two evaluations to be the same.
 _COMPARED = ("reach", "torque", "voxel_reach", "voxel_torque")
 
@@ -28,17 +29,31 @@ def print_result(result: Result) -> None:
     failures = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in result.failures().items())
     n = spec.n_voxels * spec.poses_per_voxel
     mean = "" if math.isnan(result.mean_torque) else f"; {result.mean_torque:.2f} N m a reached voxel"
-    print(f"reach   {result.reach:.2f} of {spec.n_voxels} voxels ({result.reach / spec.n_voxels:.1%} of {n} poses)")
-    print(f"torque  {result.torque:.1f} N m, summed over the voxels' means{mean}")
+    if spec.target_poses:
+        print(f"reach   {result.reach:.0f} of {n} poses")
+        print(f"torque  {result.torque:.1f} N m, summed over the poses reached")
+    else:
+        print(f"reach   {result.reach:.2f} of {spec.n_voxels} voxels ({result.reach / spec.n_voxels:.1%} of {n} poses)")
+        print(f"torque  {result.torque:.1f} N m, summed over the voxels' means{mean}")
     for name, value in result.extra.items():
         print(f"{name}  {value:.4g} {_unit(name)}")
     print(f"failed  {failures}")
+    if spec.target_poses:
+        _print_failed(result)
     print(f"effort  {result.attempts} attempts, {result.iterations} iterations, {result.seconds:.2f} s")
     print(f"chain   {', '.join(result.joints)} to {result.tip}")
     if result.ignored_shapes:
         print(f"note    {result.ignored_shapes} collision shapes left out: only cylinders and spheres count")
     if result.joint_torques and result.reach:
         _print_joints(result.joint_torques)
+
+
+def _print_failed(result: Result) -> None:
+    why = [(i, outcome.replace("_", " ")) for i, outcome in enumerate(result.outcomes(), 1)]
+    failed = [f"{i} ({outcome})" for i, outcome in why if outcome != "reached"]
+    if failed:
+        more = f" and {len(failed) - _MOST_FAILED} more" if len(failed) > _MOST_FAILED else ""
+        print(f"poses   not reached: {', '.join(failed[:_MOST_FAILED])}{more}")
 
 
 def print_read(arm: ReadArm) -> None:

@@ -30,7 +30,7 @@ def result_advice(result: Result) -> list[str]:
     remarks = joints_advice(len(result.joints), spec)
     far = int((result.out_of_range == spec.poses_per_voxel).sum())
     if 2 * far > spec.n_voxels:
-        remarks.append(f"{far} of {spec.n_voxels} voxel centres lie farther from the base than the arm reaches")
+        remarks.append(f"{far} of {spec.n_voxels} {_places(spec)} lie farther from the base than the arm reaches")
     return remarks
 
 
@@ -42,13 +42,18 @@ def space_advice(space: DesignSpace, spec: EvaluationSpec) -> str:
     centres = spec.voxel_centres()
     far = int((np.linalg.norm(centres - base, axis=1) > longest + spec.position_tolerance).sum())
     if 2 * far > len(centres):
-        remarks.append(f"{far} of {len(centres)} voxel centres lie farther from the base than the arm's {longest:g} m")
+        what = f"{far} of {len(centres)} {_places(spec)}"
+        remarks.append(f"{what} lie farther from the base than the arm's {longest:g} m")
     if space.n_joints > 1 and not space.joints and space.n_orders == 1:
         built = effective_joints(space.joint_types * space.n_joints)
         remarks.append(f"joint_types {space.joint_types} builds {built} alone")
     elif space.n_joints > 1 and (others := _others(space)):
         remarks.append(f"joints {others} are built too, though {space.letters} are drawn: {yaw_rule()}")
     return "; ".join(remarks)
+
+
+def _places(spec: EvaluationSpec) -> str:
+    return "given poses" if spec.target_poses else "voxel centres"
 
 
 def _others(space: DesignSpace) -> str:

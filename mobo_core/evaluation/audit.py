@@ -12,7 +12,8 @@ from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.obstacles import flat_arm, obstacles_of
 from mobo_core.evaluation.result import Configurations
 from mobo_core.evaluation.spec import EvaluationSpec
-from mobo_core.jit.numerics import STREAM_AUDIT, pick, target_rotation
+from mobo_core.evaluation.targets import given_rotations, rotation_of
+from mobo_core.jit.numerics import STREAM_AUDIT, pick
 
 TORQUE_TOLERANCE = 1e-9  # N m
 _SLACK = 1e-9  # m, rad: rounding at the edge of a tolerance
@@ -84,10 +85,11 @@ class Audit:
             return 0, 0.0, ""
         chain, spec, model = self._chain, self._spec, ReferenceModel(self._chain)
         target_r = np.empty((3, 3))
+        rotations = given_rotations(spec)
         obstacles = obstacles_of(flat_arm(chain), spec)
         worst, fault = 0.0, ""
         for voxel, pose, q, reported in sorted(self._chosen, key=lambda one: (one.voxel, one.pose)):
-            target_rotation(spec.seed, voxel, pose, target_r)
+            rotation_of(rotations, spec.seed, voxel, pose, target_r)
             tip = model.tip(q)
             position = float(np.linalg.norm(tip.translation - centres[voxel]))
             angle = _angle(tip.rotation, target_r, spec.orientation)

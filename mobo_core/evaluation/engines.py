@@ -17,13 +17,11 @@ from mobo_core.evaluation.kernel.starts import no_table
 from mobo_core.evaluation.obstacles import flat_arm, obstacles_of
 from mobo_core.evaluation.spec import EvaluationSpec, lacks
 from mobo_core.evaluation.tables import share, start_table_1, start_table_2
+from mobo_core.evaluation.targets import given_rotations
 from mobo_core.jit.numerics import sin_cos
 
 # Poses of the smallest part that a thread takes.
 _LEAST_POSES = 96
-# Orientations of no targets: the kernel draws them.
-DRAWN = np.zeros((0, 0, 3, 3))
-
 
 Compute = Callable[[int, int, Outputs], None]
 
@@ -103,7 +101,7 @@ def reference_call(chain: Chain, spec: EvaluationSpec, centres: Array) -> Comput
     if lack := lacks("reference", spec.ik_mode):
         raise UnableError(lack, where="reference engine", expected="'paper' or 'irteus'")
     method = (irteus.start, irteus.solve) if spec.ik_mode == "irteus" else None
-    question = _question(spec, centres, DRAWN, obstacles_of(flat_arm(chain), spec))
+    question = _question(spec, centres, given_rotations(spec), obstacles_of(flat_arm(chain), spec))
 
     def compute(first: int, last: int, out: Outputs) -> None:
         evaluate_voxels_reference(chain, question, first, last, out, method)

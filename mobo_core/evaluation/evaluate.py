@@ -14,12 +14,13 @@ from mobo_core.errors import UnableError
 from mobo_core.evaluation.audit import Audit
 from mobo_core.evaluation.batch import Batch
 from mobo_core.evaluation.chain import Array, Chain, asked_chain
-from mobo_core.evaluation.engines import DRAWN, kernel_call, reference_call
+from mobo_core.evaluation.engines import kernel_call, reference_call
 from mobo_core.evaluation.joint_torque import JointTorques
 from mobo_core.evaluation.kernel.arguments import Outputs
 from mobo_core.evaluation.objectives import OBJECTIVES, Accumulator
 from mobo_core.evaluation.result import Configurations, Engine, Result
 from mobo_core.evaluation.spec import EvaluationSpec
+from mobo_core.evaluation.targets import given_rotations
 
 # Poses whose configurations are held in memory at a time.
 _CHUNK_POSES = 1 << 16
@@ -69,7 +70,7 @@ def evaluate(
     values = _begun(objectives, chain, spec)
     centres = spec.voxel_centres()
     if engine == "kernel":
-        compute, seconds = kernel_call(chain, spec, threads, centres, DRAWN)
+        compute, seconds = kernel_call(chain, spec, threads, centres, given_rotations(spec))
     else:
         compute, seconds = reference_call(chain, spec, centres), 0.0
     n_voxels, poses = spec.n_voxels, spec.poses_per_voxel
@@ -193,7 +194,7 @@ def solve_poses(
         InputError: the URDF or the tip is not fit.
     """
     chain = asked_chain(urdf, tip, spec)
-    one = spec.model_copy(update={"poses_per_voxel": 1})
+    one = spec.model_copy(update={"poses_per_voxel": 1, "target_poses": ()})
     m = len(positions)
     given = np.ascontiguousarray(rotations, dtype=float).reshape(m, 1, 3, 3)
     compute, _ = kernel_call(chain, one, threads, np.ascontiguousarray(positions, dtype=float), given)

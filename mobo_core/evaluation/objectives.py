@@ -61,7 +61,9 @@ class Objective:
 
 
 def _farthest(spec: EvaluationSpec) -> float:
-    """Return the distance in m of the workspace's farthest corner from the base."""
+    """Return the distance in m of the workspace's farthest corner, or given pose, from the base."""
+    if spec.target_poses:
+        return max(math.hypot(*pose[:3]) for pose in spec.target_poses)
     ends = zip(spec.workspace_min, spec.workspace_max, strict=True)
     return math.sqrt(math.fsum(max(abs(low), abs(high)) ** 2 for low, high in ends))
 

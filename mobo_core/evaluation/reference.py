@@ -17,7 +17,8 @@ from mobo_core.evaluation.chain import Array, Chain
 from mobo_core.evaluation.kernel import configuration as kernel
 from mobo_core.evaluation.kernel.arguments import Obstacles, Outputs, Question
 from mobo_core.evaluation.kernel.orientation import FREE_ROLL, FULL
-from mobo_core.jit.numerics import random_start, target_rotation
+from mobo_core.evaluation.targets import rotation_of
+from mobo_core.jit.numerics import random_start
 
 
 class ReferenceModel:
@@ -141,7 +142,7 @@ def that_count(jac: Array, tip: pin.SE3, orientation: int) -> Array:
 def evaluate_voxels_reference(
     chain: Chain, question: Question, first: int, last: int, out: Outputs, method: Method | None = None
 ) -> None:
-    """Evaluate as :func:`mobo_core.evaluation.kernel.sweep.evaluate_voxels` does, orientations being drawn.
+    """Evaluate as :func:`mobo_core.evaluation.kernel.sweep.evaluate_voxels` does.
 
     ``method`` is one of inverse kinematics in place of the kernel's.
     """
@@ -156,7 +157,7 @@ def evaluate_voxels_reference(
             if far:
                 out.outcome[row, pose] = kernel.OUT_OF_RANGE
                 continue
-            target_rotation(seed, voxel, pose, target_r)
+            rotation_of(question.rotations, seed, voxel, pose, target_r)
             outcome, best = kernel.NOT_CONVERGED, math.inf
             for attempt in range(question.attempts):
                 out.effort[row, 0] += 1

@@ -130,7 +130,17 @@ class Result:
         }
         if self.joint_torques is not None:
             values["joint_torque"] = [joint.to_dict() for joint in self.joint_torques]
+        if self.spec.target_poses:
+            values["outcomes"] = self.outcomes()
         return values | ({"extra": dict(self.extra)} if self.extra else {})
+
+    def outcomes(self) -> list[str]:
+        """Return of each given pose whether it was ``reached``, or why not; of voxels nothing."""
+        if not self.spec.target_poses:
+            return []
+        reasons = ("out_of_range", "not_converged", "in_collision")
+        failed = zip(*(getattr(self, name).tolist() for name in reasons), strict=True)
+        return [next((name for name, n in zip(reasons, row, strict=True) if n), "reached") for row in failed]
 
     def failures(self) -> dict[str, int]:
         """Return how many poses failed in all, by reason."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer, model_validator
 
 from mobo_core.errors import InputError
+from mobo_core.evaluation.pose_file import MAX_TARGETS, Pose, read_poses
 from mobo_core.settings import Settings
 
 MAX_VOXELS = 1_000_000
@@ -22,7 +23,7 @@ Vector = tuple[float, float, float]
 NOWHERE: Vector = (0.0, 0.0, 0.0)
 # Fields that came later: left out of what is written where they ask for nothing, so that a question that older
 # versions could ask reads, and compares, as they wrote it.
-LATER = ("payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles")
+LATER = ("payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles", "target_poses")
 _MOST = 1e3  # m or rad
 
 
@@ -44,7 +45,8 @@ class EvaluationSpec(Settings):
     """The workspace, the poses in it, and what counts as reached. The defaults are the paper's experiment.
 
     The workspace is cut into cubic voxels; at the centre of each, ``poses_per_voxel`` orientations are
-    drawn uniformly on SO(3) from (seed, voxel, pose) alone, so that every arm meets the same poses.
+    drawn uniformly on SO(3) from (seed, voxel, pose) alone, so that every arm meets the same poses. Or the poses are
+    given (``target_poses``): then each stands for a voxel.
     """
 
     workspace_min: Vector = Field((-0.5, -0.5, -0.1), description="m, base frame, corner of the workspace")
@@ -78,10 +80,20 @@ class EvaluationSpec(Settings):
     obstacles: tuple[Box, ...] = Field(
         (), max_length=MAX_BOXES, description="boxes that the arm must not touch: centre, rpy and size, base frame"
     )
+    target_poses: tuple[Pose, ...] = Field(
+        (), max_length=MAX_TARGETS, description="poses of the tool, x y z (m) roll pitch yaw (rad), in place of voxels"
+    )
     solution: Literal["first", "least_torque"] = Field(
         "first", description="which solution of a pose counts: the first found, or that of least torque"
     )
     seed: int = Field(0, ge=0, lt=2**63, description="of the poses and of the starts")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_pose_each(cls, values: Any) -> Any:
+        if isinstance(values, dict) and values.get("target_poses"):
+            return {"poses_per_voxel": 1, **values}
+        return values
 
     @model_validator(mode="after")
     def _workspace(self) -> EvaluationSpec:
@@ -102,6 +114,10 @@ class EvaluationSpec(Settings):
         for name in ("payload_com", "tool_xyz", "tool_rpy"):
             if max(map(abs, getattr(self, name))) > _MOST:
                 raise ValueError(f"{name} of {_MOST:g} at most, either way")
+        if any(max(map(abs, pose)) > _MOST for pose in self.target_poses):
+            raise ValueError(f"target_poses of {_MOST:g} at most, either way")
+        if self.target_poses and self.poses_per_voxel != 1:
+            raise ValueError(f"poses_per_voxel of 1 where poses are given, not {self.poses_per_voxel}")
         return self
 
     @model_serializer(mode="wrap")
@@ -112,6 +128,13 @@ class EvaluationSpec(Settings):
         fields = type(self).model_fields
         idle = {name for name in LATER if getattr(self, name) == fields[name].default}
         return {name: value for name, value in values.items() if name not in idle}
+
+    @classmethod
+    def _from_file(cls, values: object, path: Path) -> object:
+        if not isinstance(values, dict) or not isinstance(values.get("poses"), str):
+            return values
+        poses = read_poses(path.parent / values["poses"])
+        return {**{name: value for name, value in values.items() if name != "poses"}, "target_poses": poses}
 
     def _sizes(self) -> list[float]:
         return [b - a for a, b in zip(self.workspace_min, self.workspace_max, strict=True)]
@@ -124,12 +147,12 @@ class EvaluationSpec(Settings):
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Number of voxels along x, y and z."""
-        return self._exact_shape()
+        """Number of voxels along x, y and z; given poses are in a row."""
+        return (len(self.target_poses), 1, 1) if self.target_poses else self._exact_shape()
 
     @property
     def n_voxels(self) -> int:
-        """Number of voxels in all; the largest reach an arm can score."""
+        """Number of voxels in all, or of given poses; the largest reach an arm can score."""
         return math.prod(self.shape)
 
     @property
@@ -138,7 +161,12 @@ class EvaluationSpec(Settings):
         return math.sqrt(math.fsum(v * v for v in self.tool_xyz))
 
     def voxel_centres(self) -> NDArray[np.float64]:
-        """Return the voxel centres in metres, base frame, shape (n_voxels, 3), index (ix*ny + iy)*nz + iz."""
+        """Return the voxel centres in metres, base frame, shape (n_voxels, 3), index (ix*ny + iy)*nz + iz.
+
+        Where poses are given, their positions.
+        """
+        if self.target_poses:
+            return np.array([pose[:3] for pose in self.target_poses])
         axes = [
             np.array([low + (i + 0.5) * self.voxel_size for i in range(n)])
             for low, n in zip(self.workspace_min, self.shape, strict=True)
@@ -176,8 +204,17 @@ def with_ik(spec: EvaluationSpec, ik_mode: str) -> EvaluationSpec:
     return EvaluationSpec.of({**spec.to_dict(), **effort})
 
 
+def with_poses(spec: EvaluationSpec, poses: tuple[Pose, ...]) -> EvaluationSpec:
+    """Return ``spec`` with given poses in place of voxels.
+
+    Raises:
+        InputError: they do not fit.
+    """
+    return EvaluationSpec.of({**spec.to_dict(), "poses_per_voxel": 1, "target_poses": poses})
+
+
 def load_spec(name_or_path: str) -> EvaluationSpec:
-    """Return a preset by its name, or read a YAML file.
+    """Return a preset by its name, or read a YAML file, in which ``poses`` may name a file of target_poses.
 
     Raises:
         InputError: neither a preset nor a readable file, or a field that does not fit.

@@ -10,6 +10,13 @@ from mobo_core.evaluation.spec import EvaluationSpec
 _FREE = {"free_roll": "roll about the tool's z axis free", "none": "position alone, in any orientation"}
 
 
+def poses_text(spec: EvaluationSpec) -> str:
+    """Return what is to be reached, such as ``75 voxels of 0.2 m, 30 poses each``."""
+    if spec.target_poses:
+        return f"{spec.n_voxels} given poses"
+    return f"{spec.n_voxels} voxels of {spec.voxel_size:g} m, {spec.poses_per_voxel} poses each"
+
+
 def further_asked(spec: EvaluationSpec) -> list[str]:
     """Return a phrase for each thing a spec asks for beyond the paper's question."""
     phrases = [_FREE[spec.orientation]] if spec.orientation in _FREE else []

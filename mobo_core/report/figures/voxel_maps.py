@@ -24,7 +24,9 @@ def _draw(study: StudyRecord, table: StudyTable) -> Iterator[Picture]:
 
 
 def _best(study: StudyRecord, table: StudyTable) -> Iterator[tuple[str, Row, Evaluation]]:
-    """Yield the shown prefixes with the arm of the highest reach and its evaluation."""
+    """Yield the shown prefixes with the arm of the highest reach and its evaluation; given poses have no map."""
+    if study.settings.spec.target_poses:
+        return
     for group in found(groups(table), others=_OTHER_PREFIXES):
         best = group.best
         evaluation = study.accepted(best.trial) if best is not None else None

@@ -61,6 +61,7 @@ def elements(study: StudyRecord, table: StudyTable, held: Sequence[HeldArm], bag
         "voxels": spec.n_voxels,
         "shape": list(spec.shape),
         "poses": spec.poses_per_voxel,
+        "given": bool(spec.target_poses),
         "workspace_min": list(spec.workspace_min),
         "workspace_max": list(spec.workspace_max),
         "voxel_size": spec.voxel_size,

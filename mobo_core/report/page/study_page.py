@@ -8,7 +8,7 @@ from html import escape
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.evaluation.objectives import OBJECTIVES
-from mobo_core.evaluation.wording import further_asked
+from mobo_core.evaluation.wording import further_asked, poses_text
 from mobo_core.report import reproduce
 from mobo_core.report.figures.render import Rendered
 from mobo_core.report.joint_torques import HeldArm
@@ -103,7 +103,7 @@ def _header(study: StudyRecord, table: StudyTable) -> Iterator[str]:
     yield (
         f'<p class="sub">Robot arms of {space.n_joints} joints and {space.total_text} m, searched for '
         f"{escape(_wanted(settings.objectives))}: {escape(settings.sampler)}, seed {settings.seed}, "
-        f"{spec.n_voxels} voxels of {spec.voxel_size:g} m, {spec.poses_per_voxel} poses each{further}.</p>"
+        f"{poses_text(spec)}{further}.</p>"
     )
     for fault in study.faults:
         yield f'<p class="bad">{escape(fault)}: the report holds what could be read.</p>'

@@ -90,9 +90,9 @@ mobo.Card = class {
   }
 
   #maps(voxels, held) {
-    const none = voxels === null;
+    const { given } = this.study.meta, none = voxels === null || given;
     this.maps.hidden = none;
-    this.mapsNote.textContent = none ? "This page has no room for the voxels of this arm; the command below gives them."
+    this.mapsNote.textContent = given ? "The poses of this study are given: there are no voxels to show." : none ? "This page has no room for the voxels of this arm; the command below gives them."
       : held?.ofVoxel ? "Click a voxel to see how the arm reaches it." : "";
     if (!none) this.voxelMaps.show(voxels);
   }
