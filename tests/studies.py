@@ -15,6 +15,7 @@ from mobo_core.commands import cli
 from mobo_core.coordination.answer import AnswerEngine, Answering
 from mobo_core.coordination.dispatch import Dispatcher
 from mobo_core.coordination.optimizer import Optimizer
+from mobo_core.design import Design
 from mobo_core.evaluation.kernel_sources import kernel_hash
 from mobo_core.messages import Candidate, Evaluation, EvaluatorStatus, StudyStatus, decode, encode
 from mobo_core.search.study import StudySettings
@@ -35,6 +36,7 @@ def run_study(
     resume: bool = False,
     statuses: bool = False,
     meanwhile: Callable[[Optimizer], bool] = lambda optimizer: False,
+    first: Sequence[tuple[str, Design]] = (),
 ) -> Path:
     """Run a study into the bag ``folder`` and return it.
 
@@ -50,6 +52,7 @@ def run_study(
         resume: go on with the bag that is there.
         statuses: record that the study runs, as the nodes do.
         meanwhile: called again and again; if it returns true, the bag is left as by a killed optimizer.
+        first: arms that the first trials are.
     """
     published: list[tuple[str, bytes]] = []
     chosen = StudySettings.of(settings)
@@ -59,7 +62,7 @@ def run_study(
         published.append((topic, data))
 
     try:
-        optimizer = Optimizer(bag, chosen, n_trials, Dispatcher(), publish, log=lambda line: None)
+        optimizer = Optimizer(bag, chosen, n_trials, Dispatcher(), publish, log=lambda line: None, first=first)
     except BaseException:
         bag.close()  # as the node does
         raise

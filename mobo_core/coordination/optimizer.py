@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -58,6 +58,8 @@ class Optimizer:
         log: takes lines for people.
         warn: takes lines on what went wrong; a flood of them may come.
         describe: makes the URDF of an arm; xacro, unless who calls keeps what it made before.
+        first: arms that the first trials of a new study are, and where each is from; those that the space does not
+            hold are left out.
     """
 
     def __init__(
@@ -70,6 +72,7 @@ class Optimizer:
         log: Callable[[str], None] = print,
         warn: Callable[[str], None] = print,
         describe: Callable[[Design], str] | None = None,
+        first: Iterable[tuple[str, Design]] = (),
     ) -> None:
         self.settings, self.n_trials = settings, n_trials
         self._progress = Progress(bag.name, settings)
@@ -90,6 +93,16 @@ class Optimizer:
             except InputError as error:
                 raise error.at(str(bag.folder)) from None
             bag.go_on(past)
+        else:
+            self._enqueue(first)
+
+    def _enqueue(self, first: Iterable[tuple[str, Design]]) -> None:
+        """Make arms the first trials, as commands do: the bag has them, and what is verified or resumed knows them."""
+        taken = 0
+        for name, design in first:
+            taken += self.controls.enqueue(0, name, design.sampled_joints, design.lengths, self.n_trials).accepted
+        if taken:
+            self._log(f"the first {taken} trials are known arms")
 
     @property
     def study(self) -> OrderedStudy:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from mobo_core.bag.collector import read_study
@@ -18,6 +18,7 @@ from mobo_core.coordination.evaluator import HEARTBEAT_S, Evaluator, default_nam
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.pool import WorkerPool
+from mobo_core.design import Design
 from mobo_core.errors import InputError, MoboError
 from mobo_core.messages import StudyStatus
 from mobo_core.search.study import StudySettings
@@ -36,6 +37,7 @@ def run_study(
     engine: AnswerEngine | None = None,
     resume: bool = False,
     progress: Callable[[int, int], None] = lambda told, total: None,
+    first: Iterable[tuple[str, Design]] = (),
 ) -> StudyRecord:
     """Run a study, and return it as its bag has it.
 
@@ -52,6 +54,8 @@ def run_study(
         engine: of the workers; that of the settings or the bag if None, or else the kernel.
         resume: continue the bag if it exists.
         progress: called with (trials told, trials in all) now and then.
+        first: arms that the first trials of a new study are, and where each is from, such as
+            :func:`mobo_core.arms.baselines.known_twins` returns; they are recorded as commands.
 
     Raises:
         InputError: a number that is none; the bag exists and ``resume`` is false, or is of another study or other
@@ -71,7 +75,8 @@ def run_study(
         raise InputError(f"{engine!r}", where="engine", expected=f"{chosen.engine!r}, the study's")
     study_bag = StudyBag(folder, name, chosen.model_copy(update={"engine": engine}), resume=resume)
     try:
-        _Run(study_bag, study_bag.settings, n_trials, progress).run(Answering(default_name(), engine, threads), workers)
+        run = _Run(study_bag, study_bag.settings, n_trials, progress, first)
+        run.run(Answering(default_name(), engine, threads), workers)
     finally:
         study_bag.close()
     return read_study(folder)
@@ -81,13 +86,15 @@ class _Run:
     """Optimizer, evaluator and workers of one study, with nothing but calls between them."""
 
     def __init__(
-        self, bag: StudyBag, settings: StudySettings, n_trials: int, progress: Callable[[int, int], None]
-    ) -> None:
+        self, bag: StudyBag, settings: StudySettings, n_trials: int, progress: Callable[[int, int], None],
+        first: Iterable[tuple[str, Design]],
+    ) -> None:  # fmt: skip
         self._progress = progress
         self._published: deque[tuple[str, bytes]] = deque()
         self._optimizer = Optimizer(
-            bag, settings, n_trials, Dispatcher(), lambda *message: self._published.append(message), _quiet, _quiet
-        )
+            bag, settings, n_trials, Dispatcher(), lambda *message: self._published.append(message), _quiet, _quiet,
+            first=first,
+        )  # fmt: skip
 
     def run(self, answering: Answering, workers: int) -> None:
         """Run until every trial is told."""

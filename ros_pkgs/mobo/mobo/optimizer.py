@@ -17,6 +17,7 @@ from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, run, subscrib
 from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core import messages
+from mobo_core.arms.baselines import known_twins
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.closing import closing_line, go_on_command
 from mobo_core.coordination.dispatch import Dispatcher
@@ -87,6 +88,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             bag, bag.settings, n_trials, dispatcher,
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
             warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
+            first=known_twins(bag.settings.space) if options.baselines else (),
         )  # fmt: skip
         clock, best = time.monotonic, BestArm(node)
 
