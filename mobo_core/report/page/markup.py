@@ -99,7 +99,8 @@ def table(
         names = [f' data-trial="{escape(text)}"' if k == trial else "" for k, text in enumerate(row)]
         cells = "".join(f'<td class="{k}"{n}>{escape(t)}</td>' for k, n, t in zip(kinds, names, row, strict=True))
         lines.append(f'<tr class="{classes[i] if classes else ""}">{cells}</tr>')
-    return f'<div class="wide"><table>{"".join(lines)}</table></div>'
+    focus = "" if trial is not None else ' tabindex="0"'  # so that keys can scroll it where it is too wide
+    return f'<div class="wide"{focus}><table>{"".join(lines)}</table></div>'
 
 
 def settings(values: Mapping[str, object]) -> str:
