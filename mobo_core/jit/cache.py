@@ -28,6 +28,20 @@ def cache_base() -> Path:
         return Path(os.devnull) / "mobo"
 
 
+def _widest() -> str | None:
+    """Return this processor's features for Numba, with vectors as wide as it has; None where LLVM's choice may stay.
+
+    LLVM keeps to 256 bits on processors with AVX-512 that slow down while they use all of it; loops over lanes gain
+    more than that. The user's own choice of a processor or of features stays.
+    """
+    from llvmlite import binding
+
+    if os.environ.get("NUMBA_CPU_NAME") or os.environ.get("NUMBA_CPU_FEATURES") is not None:
+        return None
+    features = binding.get_host_cpu_features()
+    return f"{features.flatten()},-prefer-256-bit" if features.get("avx512f") else None
+
+
 class Cache:
     """The compiled functions of some source files, and where they are kept.
 
@@ -50,7 +64,7 @@ class Cache:
         from llvmlite import binding
 
         cpu = os.environ.get("NUMBA_CPU_NAME") or binding.get_host_cpu_name()
-        features = os.environ.get("NUMBA_CPU_FEATURES") or ""
+        features = os.environ.get("NUMBA_CPU_FEATURES") or _widest() or ""
         text = hashlib.sha256(f"{numba.__version__} {sys.version_info[:2]} {cpu} {features} {self._nogil}".encode())
         # How they are compiled counts too.
         for source in (*self._sources, Path(__file__)):
@@ -77,6 +91,9 @@ class Cache:
         if self.kept is not None:
             # Numba settles where a function is kept as it decorates it, and would choose __pycache__ otherwise.
             numba.config.CACHE_DIR = str(self.kept)  # type: ignore[attr-defined]
+        widest = _widest()
+        if widest is not None:
+            numba.config.CPU_FEATURES = widest  # type: ignore[attr-defined]
         decorate = numba.njit(cache=self.kept is not None, nogil=self._nogil, error_model="numpy")
         return cast(Function, decorate(function))
 
