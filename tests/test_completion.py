@@ -38,7 +38,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
     ("line", "offered"),
     [
         ("mobo v", ["verify"]),
-        ("mobo evaluate --ik ", ["complete", "paper"]),
+        ("mobo evaluate --ik ", ["complete", "irteus", "paper"]),
         ("mobo export urdf --tri", ["--trial"]),
         ("mobo completion b", ["bash"]),
     ],

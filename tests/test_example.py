@@ -85,7 +85,7 @@ def test_advice_on_a_space(values: dict[str, object], words: str) -> None:
 def test_advice_on_an_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """`mobo evaluate` says what an order is built as, and that few joints reach little, beside its output."""
     assert joints_advice(6, EvaluationSpec()) == []
-    (tmp_path / "spec.yaml").write_text("poses_per_voxel: 1\nrestarts: 0\n")
+    (tmp_path / "spec.yaml").write_text("poses_per_voxel: 1\nrestarts: 0\niterations: 5\n")
     arm = ["evaluate", "--lengths", "0.1,0.1,0.1,0.1,0.1,0.1", "--spec", str(tmp_path / "spec.yaml"), "--json"]
     assert main([*arm, "--joints", "YYPPRP"]) == 0
     captured = capsys.readouterr()
@@ -93,7 +93,7 @@ def test_advice_on_an_arm(capsys: pytest.CaptureFixture[str], tmp_path: Path) ->
     assert captured.out.startswith("{")
     assert main([*arm, "--joints", "YPPPRP"]) == 0
     assert "note" not in capsys.readouterr().err
-    assert main([*arm, "--joints", "YP", "--lengths", "0.3,0.3"]) == 0
+    assert main([*arm, "--joints", "YP", "--lengths", "0.3,0.3", "--engine", "reference"]) == 0
     assert "note: 2 joints can hardly meet orientation and position" in capsys.readouterr().err
     (tmp_path / "spec.yaml").write_text("poses_per_voxel: 1\nrestarts: 0\nworkspace_max: [4.5, 0.5, 0.5]\n")
     assert main([*arm, "--joints", "YPPPRP"]) == 0
