@@ -100,7 +100,7 @@ def reference_call(chain: Chain, spec: EvaluationSpec, centres: Array) -> Comput
 
     if lack := lacks("reference", spec.ik_mode):
         raise UnableError(lack, where="reference engine", expected="'paper' or 'irteus'")
-    method = (irteus.start, irteus.solve) if spec.ik_mode == "irteus" else None
+    method = (irteus.start, irteus.advance) if spec.ik_mode == "irteus" else None
     question = _question(spec, centres, given_rotations(spec), obstacles_of(flat_arm(chain), spec))
 
     def compute(first: int, last: int, out: Outputs) -> None:

@@ -12,8 +12,7 @@ import math
 import numpy as np
 
 from mobo_core.evaluation.chain import Array, Chain
-from mobo_core.evaluation.kernel.arguments import Question
-from mobo_core.evaluation.reference import ReferenceModel, that_count, tool_error
+from mobo_core.evaluation.reference import Advance
 from mobo_core.jit.numerics import random_start
 
 # Of manipulability, below which the inverse is damped, by up to GAIN.
@@ -31,23 +30,17 @@ def start(chain: Chain, seed: int, voxel: int, pose: int, attempt: int, q: Array
         random_start(seed, voxel, pose, attempt, chain.lower, chain.upper, q)
 
 
-def solve(
-    model: ReferenceModel, q: Array, target_r: Array, target_p: Array, question: Question
-) -> tuple[bool, int]:
-    """Improve ``q`` in place; return whether it converged, and the number of steps."""
-    chain, nearness = model.chain, np.zeros(model.chain.n)
-    for iteration in range(question.iterations + 1):
-        tip = model.tip(q).copy()
-        error, e_position, e_rotation = tool_error(tip, target_r, target_p, question.orientation)
-        if e_position <= question.position_tolerance**2 and e_rotation <= question.half_angle_sine**2:
-            return True, iteration
-        if iteration == question.iterations:
-            break
+def advance(chain: Chain) -> Advance:
+    """Return what takes an attempt from a configuration to the next."""
+    nearness = np.zeros(chain.n)
+
+    def advance(q: Array, jac: Array, error: Array, squared: float) -> Array:
+        nonlocal nearness
         before, nearness = nearness, _nearness(q, chain.lower, chain.upper)
         weight = np.where(nearness > before, 1.0 / (1.0 + nearness), 1.0)
-        jac = that_count(model.jacobian(q), tip, question.orientation)
-        q[:] = np.clip(q + step(jac, weight, _limited(error)), chain.lower, chain.upper)
-    return False, question.iterations
+        return np.clip(q + step(jac, weight, _limited(error)), chain.lower, chain.upper)
+
+    return advance
 
 
 def step(jac: Array, weight: Array, error: Array) -> Array:

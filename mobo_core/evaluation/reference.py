@@ -132,7 +132,7 @@ def _free_error(tip: pin.SE3, target_r: Array, target_p: Array, orientation: int
     return np.concatenate([position, turn]), float(position @ position), e_rotation
 
 
-def that_count(jac: Array, tip: pin.SE3, orientation: int) -> Array:
+def _that_count(jac: Array, tip: pin.SE3, orientation: int) -> Array:
     """Return a Jacobian (6, n) of the tool at ``tip`` without the turns that do not count."""
     axis = tip.rotation[:, 2]
     kept = {FULL: np.eye(3), FREE_ROLL: np.eye(3) - np.outer(axis, axis)}.get(orientation, np.zeros((3, 3)))
@@ -146,7 +146,7 @@ def evaluate_voxels_reference(
 
     ``method`` is one of inverse kinematics in place of the kernel's.
     """
-    start, solve = method or (_start, _solve)
+    start, advance = method or (_start, _advance)
     centres, seed, position_tolerance = question.centres, question.seed, question.position_tolerance
     model = ReferenceModel(chain)
     target_r, q = np.empty((3, 3)), np.empty(chain.n)
@@ -162,7 +162,7 @@ def evaluate_voxels_reference(
             for attempt in range(question.attempts):
                 out.effort[row, 0] += 1
                 start(chain, seed, voxel, pose, attempt, q)
-                converged, steps = solve(model, q, target_r, centres[voxel], question)
+                converged, steps = _solve(model, q, target_r, centres[voxel], question, advance(chain))
                 out.effort[row, 1] += steps
                 if not converged:
                     continue
@@ -182,21 +182,39 @@ def evaluate_voxels_reference(
                 out.torque[row, pose] = best
 
 
-# Writes an attempt's first configuration, of (seed, voxel, pose, attempt); improves it, as _solve does.
+# Writes an attempt's first configuration, of (seed, voxel, pose, attempt).
 Start = Callable[[Chain, int, int, int, int, Array], None]
-Solve = Callable[[ReferenceModel, Array, Array, Array, Question], tuple[bool, int]]
-Method = tuple[Start, Solve]
+# Returns the next of (configuration, Jacobian, six errors, their squared norm).
+Advance = Callable[[Array, Array, Array, float], Array]
+Method = tuple[Start, Callable[[Chain], Advance]]  # the second is called for each attempt
 
 
 def _start(chain: Chain, seed: int, voxel: int, pose: int, attempt: int, q: Array) -> None:
     random_start(seed, voxel, pose, attempt, chain.lower, chain.upper, q)
 
 
+def _advance(chain: Chain) -> Advance:
+    """Return the kernel's step: damped least squares, with joints frozen at their limits."""
+    lower, upper = chain.lower, chain.upper
+
+    def advance(q: Array, jac: Array, error: Array, squared: float) -> Array:
+        gradient = jac.T @ error
+        frozen = ((q <= lower) & (gradient < 0)) | ((q >= upper) & (gradient > 0))
+        jac[:, frozen] = 0.0
+        damping = kernel.DAMPING_FLOOR + kernel.DAMPING_GAIN * squared
+        step = jac.T @ np.linalg.solve(jac @ jac.T + damping * np.eye(6), error)
+        largest = np.abs(step).max()
+        if largest > kernel.MAX_STEP:
+            step *= kernel.MAX_STEP / largest
+        return np.clip(q + step, lower, upper)
+
+    return advance
+
+
 def _solve(
-    model: ReferenceModel, q: Array, target_r: Array, target_p: Array, question: Question
+    model: ReferenceModel, q: Array, target_r: Array, target_p: Array, question: Question, advance: Advance
 ) -> tuple[bool, int]:
     """Improve ``q`` in place; return whether it converged, and the number of steps."""
-    lower, upper = model.chain.lower, model.chain.upper
     for iteration in range(question.iterations + 1):
         tip = model.tip(q).copy()
         error, e_position, e_rotation = tool_error(tip, target_r, target_p, question.orientation)
@@ -204,14 +222,6 @@ def _solve(
             return True, iteration
         if iteration == question.iterations:
             break
-        jac = that_count(model.jacobian(q), tip, question.orientation)
-        gradient = jac.T @ error
-        frozen = ((q <= lower) & (gradient < 0)) | ((q >= upper) & (gradient > 0))
-        jac[:, frozen] = 0.0
-        damping = kernel.DAMPING_FLOOR + kernel.DAMPING_GAIN * (e_position + e_rotation)
-        step = jac.T @ np.linalg.solve(jac @ jac.T + damping * np.eye(6), error)
-        largest = np.abs(step).max()
-        if largest > kernel.MAX_STEP:
-            step *= kernel.MAX_STEP / largest
-        q[:] = np.clip(q + step, lower, upper)
+        jac = _that_count(model.jacobian(q), tip, question.orientation)
+        q[:] = advance(q, jac, error, e_position + e_rotation)
     return False, question.iterations
