@@ -242,7 +242,8 @@ def _print(found: Sizing, asked: _Asked, args: argparse.Namespace) -> None:
     doubtful = sorted({motor.name for motor in motors if motor.unverified})
     if doubtful:
         print(visible(f"note: not verified by a source: {', '.join(doubtful)}"), file=sys.stderr)
-    print(f"payload over 99 % of the reached poses: {_text(found.payload)} kg")
+    unit = " kg" if math.isfinite(found.payload) else ""
+    print(f"payload over 99 % of the reached poses: {_text(found.payload)}{unit}")
     if args.output:
         print(visible(f"map: {args.output}"))
     elif spec.n_voxels <= _MOST_SHOWN:
