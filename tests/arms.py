@@ -90,8 +90,11 @@ HANDED_ARM = "\n".join(
 )
 
 
-def random_arm(seed: int, n: int = 6) -> str:
-    """Return an arm with oblique axes and turned frames, a fixed joint, a continuous one, and a side branch."""
+def random_arm(seed: int, n: int = 6, slides: tuple[int, ...] = ()) -> str:
+    """Return an arm with oblique axes and turned frames, a fixed joint, a continuous one, and a side branch.
+
+    Joints ``slides``, from 1, slide instead.
+    """
     rng = np.random.default_rng(seed)
 
     def triple(size: float) -> str:
@@ -105,6 +108,9 @@ def random_arm(seed: int, n: int = 6) -> str:
     for i in range(1, n + 1):
         limits = _turning(-2.0 - 0.1 * i, 2.5, unit()) if i != 3 else f'<axis xyz="{unit()}"/>'
         kind = "revolute" if i != 3 else "continuous"
+        if i in slides:
+            kind = "prismatic"
+            limits = _turning(-0.1 * i, 0.3, unit()) + f'<slide radius="{0.02 * i}"/>'
         shape = _cylinder(triple(0.1), triple(3.0), float(rng.uniform(0.02, 0.1)), 0.02)
         parts.append(_body(f"link{i}", float(rng.uniform(0.2, 2.0)), triple(0.1), shape))
         parts.append(_joint(f"turn{i}", kind, (f"link{i - 1}", f"link{i}"), triple(0.15), triple(3.0), limits))
@@ -124,7 +130,7 @@ class KernelView:
         self.tip = np.empty((4, 3))
         self._chain = chain
         forward(
-            chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, np.asarray(q, float),
+            chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, chain.slide, np.asarray(q, float),
             self.axes, self.origins, self.rotations, self.tip,
         )  # fmt: skip
 
@@ -132,7 +138,9 @@ class KernelView:
         """Return the joint torques that hold the arm, shape (n,)."""
         torque = np.empty(self._chain.n)
         chain = self._chain
-        norm = gravity_torque(chain.mass, chain.com, np.array(gravity), self.axes, self.origins, self.rotations, torque)
+        norm = gravity_torque(
+            chain.mass, chain.com, chain.slide, np.array(gravity), self.axes, self.origins, self.rotations, torque
+        )  # fmt: skip
         assert norm == float(np.sqrt(sum(t * t for t in torque[::-1])))
         return torque
 

@@ -34,6 +34,7 @@ ARMS = {
     **{joints: (arm(joints), "") for joints in LENGTHS},
     "handed": (HANDED_ARM, "tcp"),
     "random": (random_arm(1), "flange"),
+    "sliding": (random_arm(2, slides=(1, 3, 6)), "flange"),
     "fat": (arm("YPPRPP", (0.1,) * 6, link_radius=0.03, joint_limit=3.0), ""),
 }
 CHAINS = {name: chain_from_urdf(*case) for name, case in ARMS.items()}
@@ -114,7 +115,8 @@ def test_torque_under_any_gravity(case: tuple[Chain, Array], gravity: tuple[floa
     model = chain.model.copy()
     model.gravity.linear = np.array(gravity)
     data = model.createData()
-    assert np.abs(torque - pin.computeGeneralizedGravity(model, data, q)).max() < 1e-9
+    radius = np.where(chain.slide > 0, chain.slide, 1.0)
+    assert np.abs(torque - radius * pin.computeGeneralizedGravity(model, data, q)).max() < 1e-9
 
     def energy(at: Array) -> float:
         view = KernelView(chain, at)
@@ -123,7 +125,7 @@ def test_torque_under_any_gravity(case: tuple[Chain, Array], gravity: tuple[floa
 
     h = 1e-5
     slope = [(energy(q + h * e) - energy(q - h * e)) / (2 * h) for e in np.eye(chain.n)]
-    assert torque == pytest.approx(slope, abs=1e-6)
+    assert torque == pytest.approx(radius * slope, abs=1e-6)
 
 
 class Lanes:
@@ -134,7 +136,9 @@ class Lanes:
         self._chain = chain
         self.q = np.zeros((LANES, n))
         self.target_r, self.target_p = np.tile(np.eye(3), (LANES, 1, 1)), np.zeros((LANES, 3))
-        self.constants = lane_constants(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
+        self.constants = lane_constants(
+            chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, chain.slide
+        )  # fmt: skip
 
     def step(
         self,
@@ -236,16 +240,16 @@ def test_products_left_out_change_no_bit(joints: str, seed: int, weight: float) 
 def test_parallel_frames() -> None:
     """The shorter way takes only frames parallel at zero, axes along x, y or z and links along z."""
     chain = CHAINS["PRRYPY"]
-    given = (chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
-    constants = lane_constants(*given)
+    given, turning = (chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p), np.zeros(6)
+    constants = lane_constants(*given, turning)
     assert constants[:, 12].tolist() == [2, 1, 1, 3, 2, 3, 4]
     assert constants[:, 13].tolist() == [0.0, *LENGTHS["PRRYPY"]]
     for k in range(4):
         moved = [part.copy() for part in given]
         moved[k].ravel()[:] += 1e-12
-        assert not lane_constants(*moved)[:, 12:].any()
+        assert not lane_constants(*moved, turning)[:, 12:].any()
     for other in (CHAINS["handed"], CHAINS["random"]):
-        assert not lane_constants(other.placement_r, other.placement_p, other.tip_r, other.tip_p)[:, 12:].any()
+        assert not Lanes(other).constants[:, 12:].any()
 
 
 @given(any_chain, st.integers(0, 10**6), st.floats(0, math.pi))
@@ -446,6 +450,7 @@ QUESTIONS: list[tuple[str, dict[str, Any]]] = [
     ("YPYPYPR", {"gravity": (3.0, -2.0, -9.0), "payload_kg": 1.5, "seed": 11}),
     ("handed", {"workspace_min": (0.0, -0.3, 0.1), "workspace_max": (0.6, 0.3, 0.7)}),
     ("random", {"self_collision": False}),
+    ("sliding", {}),
     ("fat", {"poses_per_voxel": 10}),
 ]
 

@@ -187,8 +187,11 @@ def test_collisions_and_torques_of_a_posture_are_the_kernels(page: Any) -> None:
         axes, origins, rotations, tip = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((4, 3))
         torque, ends = np.empty(n), np.empty((len(chain.capsule_joint), 2, 3))
         for q, (hits, torques, at) in zip(postures, found, strict=True):
-            forward(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, q, axes, origins, rotations, tip)
-            gravity_torque(chain.mass, chain.com, np.array([0, 0, -9.81]), axes, origins, rotations, torque)
+            placed = (chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
+            forward(*placed, chain.slide, q, axes, origins, rotations, tip)
+            gravity_torque(
+                chain.mass, chain.com, chain.slide, np.array([0, 0, -9.81]), axes, origins, rotations, torque
+            )  # fmt: skip
             expected = any_pair_collides(
                 chain.capsule_joint, chain.capsule_a, chain.capsule_b, chain.capsule_radius, chain.pairs, origins,
                 rotations, ends,

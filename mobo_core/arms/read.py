@@ -8,7 +8,7 @@ take with half balls beyond their ends). So no evaluator ever reads a mesh.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 from xml.sax.saxutils import quoteattr
@@ -24,7 +24,7 @@ from mobo_core.arms.tips import find_tip
 from mobo_core.errors import InputError
 from mobo_core.evaluation.capsules import listed_pairs
 from mobo_core.evaluation.chain import chain_from_urdf, rest_pairs
-from mobo_core.evaluation.urdf import check_urdf
+from mobo_core.evaluation.urdf import SLIDE_RADIUS, check_urdf
 from mobo_core.evaluation.urdf_xml import parse, text
 
 PairRule = Literal["rest", "adjacent"]
@@ -62,6 +62,7 @@ def read_arm(
     package_dirs: Sequence[str] = (),
     srdf: str = "",
     pairs: PairRule = "rest",
+    slide_radius: float = SLIDE_RADIUS,
     xacro: Mapping[str, str] | None = None,
     shapes: bool = True,
     progress: Callable[[int, int], None] | None = None,
@@ -77,6 +78,8 @@ def read_arm(
         srdf: file that says which links may touch.
         pairs: without it, which pairs of links may touch: those that do with all joints nearest zero (``rest``), or
             neighbours (``adjacent``).
+        slide_radius: m, of the pinion that drives a joint which slides, where the file does not say: by it forces
+            count as torques.
         xacro: arguments of a xacro file.
         shapes: whether collision shapes are wanted; without them no mesh is read.
         progress: called with (links done, links in all) while capsules are fitted.
@@ -91,6 +94,12 @@ def read_arm(
     at = _held(robot, way, held or {})
     moving = [joint for joint in way if joint.moves and joint.name not in at]
     _check_way(robot, found, moving)
+    for joint in moving:
+        if joint.kind == "prismatic":
+            radius = slide_radius if joint.slide is None else joint.slide
+            robot.joints[joint.child] = replace(joint, slide=radius)
+            robot.notes.append(f"joint {joint.name!r} slides: its force counts as torque at a pinion of {radius:g} m")
+    way = robot.path(found)
     homes = _homes(robot, [robot.root, *(joint.child for joint in way)], at)
     fitted = fit_links(robot, [link for link in robot.links if link in homes] if shapes else [], packages, progress)
     apart = None
@@ -155,9 +164,9 @@ def _check_way(robot: Robot, tip: str, moving: list[Joint]) -> None:
         where = f"urdf joint {joint.name!r}"
         if joint.leader:
             raise InputError("follows another joint", where=where, expected="no <mimic> on the way, or --set")
-        if joint.kind == "prismatic":
-            expected = f"joints that turn on the way to the tip, or --set {joint.name}=0.1"
-            raise InputError("type 'prismatic'", where=where, expected=expected)
+        if joint.lower >= joint.upper:
+            expected = f'<limit lower="…" upper="…"/> in m, or --set {joint.name}=0'
+            raise InputError("slides, and has no limits", where=where, expected=expected)
 
 
 def _placed(joint: Joint, at: Mapping[str, float]) -> Placement:
@@ -254,7 +263,8 @@ def _joint_line(joint: Joint, at: Mapping[str, float]) -> str:
     if not joint.moves or joint.name in at:
         return f'  <joint name={quoteattr(joint.name)} type="fixed">{_origin(_placed(joint, at))}{ends}</joint>'
     limits = "" if joint.kind == "continuous" else f'<limit lower="{joint.lower!r}" upper="{joint.upper!r}"/>'
+    slide = "" if joint.slide is None else f'<slide radius="{joint.slide!r}"/>'
     return (
         f'  <joint name={quoteattr(joint.name)} type="{joint.kind}">{_origin(joint.placed)}{ends}'
-        f'<axis xyz="{text(joint.axis)}"/>{limits}</joint>'
+        f'<axis xyz="{text(joint.axis)}"/>{limits}{slide}</joint>'
     )

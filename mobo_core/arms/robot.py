@@ -13,6 +13,7 @@ import numpy as np
 
 from mobo_core.arms.rigid import Inertial, Placement, Triple
 from mobo_core.errors import InputError
+from mobo_core.evaluation.urdf import slide_radius
 from mobo_core.evaluation.urdf_xml import numbers, text, unique_names
 
 # Of a description as it is found; what is evaluated of it is smaller.
@@ -43,7 +44,10 @@ class Solid:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint; ``axis`` has length 1, limits are in rad or m; a mimic joint follows ``leader``."""
+    """A joint; ``axis`` has length 1, limits are in rad or m; a mimic joint follows ``leader``.
+
+    ``slide``: m, radius of the pinion that drives it, if it slides and the file says so.
+    """
 
     name: str
     kind: str
@@ -56,6 +60,7 @@ class Joint:
     leader: str = ""
     multiplier: float = 1.0
     offset: float = 0.0
+    slide: float | None = None
 
     @property
     def moves(self) -> bool:
@@ -216,7 +221,8 @@ def _joint(joint: Element, links: set[str], robot: Robot) -> Joint:
         (multiplier,) = numbers(mimic, "multiplier", "1", where + " mimic", 1)
         (offset,) = numbers(mimic, "offset", "0", where + " mimic", 1)
     axis = _axis(joint, where)
-    return Joint(name, kind, ends[0], ends[1], placed, axis, lower, upper, leader, multiplier, offset)
+    slide = slide_radius(joint, where) if kind == "prismatic" and joint.find("slide") is not None else None
+    return Joint(name, kind, ends[0], ends[1], placed, axis, lower, upper, leader, multiplier, offset, slide)
 
 
 def _axis(joint: Element, where: str) -> Triple:

@@ -153,7 +153,9 @@ def size(
 
 def _torques(chain: Chain, mass: Array, com: Array, gravity: Array, q: Array) -> Array:
     out = np.empty(q.shape)
-    joint_torques(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, mass, com, gravity, q, out)
+    joint_torques(
+        chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, chain.slide, mass, com, gravity, q, out
+    )  # fmt: skip
     return out
 
 

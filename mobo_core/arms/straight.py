@@ -11,6 +11,7 @@ import numpy as np
 from mobo_core.arms.order import order_of, upright
 from mobo_core.arms.real import ArmJoint, Array, RealArm
 from mobo_core.arms.rigid import Placement, rotation, rotation_rpy
+from mobo_core.errors import InputError
 from mobo_core.evaluation.chain import Chain
 
 
@@ -21,7 +22,13 @@ def arm_of_chain(chain: Chain, name: str, source: str = "") -> RealArm:
         chain: its joint frames turn about z.
         name: of the arm.
         source: the file it is from.
+
+    Raises:
+        InputError: a joint slides; what is changed and drawn here are joints that turn.
     """
+    for joint, radius in zip(chain.joint_names, chain.slide, strict=True):
+        if radius > 0:
+            raise InputError("slides", where=f"urdf joint {joint!r}", expected="joints that turn, or --set to hold it")
     joints = tuple(
         ArmJoint(_placed(turned, at), (0.0, 0.0, 1.0), float(lower), float(upper))
         for turned, at, lower, upper in zip(

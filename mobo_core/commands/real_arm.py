@@ -31,6 +31,10 @@ def add_file_arguments(parser: argparse.ArgumentParser) -> None:
         help="without --srdf, which links may touch: those that do with all joints nearest zero, or neighbours [rest]",
     )  # fmt: skip
     group.add_argument(
+        "--slide-radius", type=float, default=None, metavar="M",
+        help="m, of the pinion that drives a joint which slides: its force counts as torque at it [0.05]",
+    )  # fmt: skip
+    group.add_argument(
         "--xacro", action="append", default=[], metavar="NAME:=VALUE", help="argument of a xacro file"
     )  # fmt: skip
 
@@ -43,13 +47,17 @@ def read_file_argument(args: argparse.Namespace, path: str, *, quiet: bool = Fal
     """
     from mobo_core.arms.read import read_arm
     from mobo_core.commands.progress import bar
+    from mobo_core.evaluation.urdf import SLIDE_RADIUS
 
+    radius = SLIDE_RADIUS if args.slide_radius is None else args.slide_radius
+    if not 0 < radius <= 1e3:
+        raise InputError(f"{radius:g}", where="--slide-radius", expected="m, above 0, at most 1000")
     held, xacro = held_joints(args.held), dict(_split(each, ":=", "--xacro") for each in args.xacro)
     with bar("fitting capsules", quiet=quiet) as progress:
         try:
             arm = read_arm(
                 path, args.tip, held=held, package_dirs=args.package_dirs, srdf=args.srdf, pairs=args.pairs,
-                xacro=xacro, shapes=shapes, progress=progress,
+                slide_radius=radius, xacro=xacro, shapes=shapes, progress=progress,
             )  # fmt: skip
         except InputError as error:
             raise error.at(path) from None
@@ -61,7 +69,7 @@ def read_file_argument(args: argparse.Namespace, path: str, *, quiet: bool = Fal
 def refuse_file_arguments(args: argparse.Namespace, source: str) -> None:
     """Raise InputError if an argument of a robot's file is given beside ``source``, which is none."""
     given = {"--set": args.held, "--package-dir": args.package_dirs, "--srdf": args.srdf, "--xacro": args.xacro}
-    given["--pairs"] = args.pairs != "rest"
+    given |= {"--pairs": args.pairs != "rest", "--slide-radius": args.slide_radius is not None}
     for name, value in given.items():
         if value:
             raise InputError(f"{name} for {source}", where="arguments", expected=f"{name} with a robot's file alone")

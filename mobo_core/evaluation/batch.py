@@ -25,7 +25,7 @@ class Batch:
         chain: the arm.
         gravity: (3,) m/s^2, base frame.
         voxel, pose: (m,) which target each belongs to.
-        q: (m, n) rad.
+        q: (m, n) rad, m of joints that slide.
         torque: (m,) N m, norm of the gravity torque.
     """
 
@@ -38,16 +38,18 @@ class Batch:
 
     @cached_property
     def joint_torque(self) -> NDArray[np.float64]:
-        """(m, n) N m, torque that holds each joint against gravity; computed when asked for."""
+        """(m, n) N m, torque that holds each joint against gravity, of one that slides at its pinion; computed once asked."""
         c, out = self.chain, np.empty(self.q.shape)
-        joint_torques(c.placement_r, c.placement_p, c.tip_r, c.tip_p, c.mass, c.com, self.gravity, self.q, out)
+        joint_torques(
+            c.placement_r, c.placement_p, c.tip_r, c.tip_p, c.slide, c.mass, c.com, self.gravity, self.q, out
+        )  # fmt: skip
         return out
 
     @cached_property
     def manipulability(self) -> NDArray[np.float64]:
-        """(m,) m^3, Yoshikawa's measure sqrt(det(J J^T)); computed when asked for."""
+        """(m,) m^3 if all joints turn, Yoshikawa's measure sqrt(det(J J^T)); computed when asked for."""
         c, out = self.chain, np.empty(len(self.q))
-        manipulabilities(c.placement_r, c.placement_p, c.tip_r, c.tip_p, self.q, out)
+        manipulabilities(c.placement_r, c.placement_p, c.tip_r, c.tip_p, c.slide, self.q, out)
         return out
 
     def by_voxel(self, values: NDArray[np.float64]) -> Iterator[list[float]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from mobo_core.errors import InputError
 from mobo_core.evaluation.capsules import capsules_of, listed_pairs, separate_pairs
 from mobo_core.evaluation.kernel.configuration import forward
 from mobo_core.evaluation.kernel.geometry import place_capsules
-from mobo_core.evaluation.matrices import axis_frame, matmul, matvec, norm, rpy_matrix, transposed
+from mobo_core.evaluation.matrices import Matrix, axis_frame, matmul, matvec, norm, rpy_matrix, transposed
 from mobo_core.evaluation.spec import NOWHERE, EvaluationSpec, Vector
 from mobo_core.evaluation.urdf import CheckedUrdf, check_urdf
 from mobo_core.jit.cache import interpreted
@@ -23,13 +24,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Chain:
-    """A serial arm of n revolute joints. Joint frames are turned so that every joint axis is z.
+    """A serial arm of n joints that turn or slide. Joint frames are turned so that every joint axis is z.
 
     Attributes:
-        placement_r, placement_p: (n, 3, 3), (n, 3) m; joint frame at angle zero in the joint frame before
+        placement_r, placement_p: (n, 3, 3), (n, 3) m; joint frame at zero in the joint frame before
             it, the first one in the base frame.
         tip_r, tip_p: (3, 3), (3,) m; the tool in the last joint frame. It is at the tip where no tool is given.
-        lower, upper: (n,) rad.
+        lower, upper: (n,) rad, or m.
+        slide: (n,) m; 0 for a joint that turns, and for one that slides the radius of the pinion that drives it: its
+            force counts as torque times this.
         mass, com: (n,) kg, (n, 3) m; what joint i carries up to the next joint, in its joint frame.
         reach_radius: m, farthest the tip can be from the first joint's origin.
         capsule_joint: (c,) joint that carries a capsule, -1 for the base.
@@ -50,6 +53,7 @@ class Chain:
     tip_p: Array
     lower: Array
     upper: Array
+    slide: Array
     mass: Array
     com: Array
     reach_radius: float
@@ -87,7 +91,7 @@ def chain_from_urdf(
 
     Raises:
         InputError: as :func:`mobo_core.evaluation.urdf.check_urdf`; or no such tip, several leaves and no
-            tip named, no joint on the path, or one on it that does not turn.
+            tip named, no joint on the path, or one on it that follows another.
     """
     checked = check_urdf(text)
     tip = _tip(checked, tip)
@@ -99,9 +103,6 @@ def chain_from_urdf(
     for joint in moving:
         if joint in checked.mimics:
             raise InputError("follows another joint", where=f"urdf joint {joint!r}", expected="no <mimic> on the way")
-        if kinds[joint] == "prismatic":
-            expected = "revolute, continuous or fixed joints on the way to the tip"
-            raise InputError("type 'prismatic'", where=f"urdf joint {joint!r}", expected=expected)
     try:
         model = pin.buildModelFromXML(checked.xml)
         rest = np.clip(0.0, model.lowerPositionLimit, model.upperPositionLimit)
@@ -159,9 +160,11 @@ def _flatten(model: pin.Model, tip_frame: int, tip: str, checked: CheckedUrdf) -
     pin.computeJointJacobians(model, data, np.zeros(n))
     frames = [transposed(np.eye(3))]
     placement_r, placement_p, mass, com = [], [], [], []
+    slide = [checked.slides.get(name, 0.0) for name in tuple(model.names)[1:]]
     for i in range(1, n + 1):
         # Pinocchio gives the Jacobian of a single joint as a vector.
-        own = np.reshape(pin.getJointJacobian(model, data, i, pin.LOCAL), (6, n))[3:, i - 1]
+        column = np.reshape(pin.getJointJacobian(model, data, i, pin.LOCAL), (6, n))[:, i - 1]
+        own = column[:3] if slide[i - 1] else column[3:]
         frame = axis_frame([float(v) for v in own])
         back = transposed(frames[-1])
         placement = model.jointPlacements[i]
@@ -182,9 +185,10 @@ def _flatten(model: pin.Model, tip_frame: int, tip: str, checked: CheckedUrdf) -
         tip_p=np.array(tip_p),
         lower=np.array(model.lowerPositionLimit),
         upper=np.array(model.upperPositionLimit),
+        slide=np.array(slide),
         mass=np.array(mass),
         com=np.array(com),
-        reach_radius=math.fsum(norm(p) for p in [*placement_p[1:], tip_p]),
+        reach_radius=_reach_radius(model, slide, placement_r, placement_p, tip_p),
         capsule_joint=np.array([c[0] for c in capsules], dtype=np.int64),
         capsule_a=np.array([c[1] for c in capsules]).reshape(-1, 3),
         capsule_b=np.array([c[2] for c in capsules]).reshape(-1, 3),
@@ -202,14 +206,32 @@ def _flatten(model: pin.Model, tip_frame: int, tip: str, checked: CheckedUrdf) -
     return chain
 
 
+def _reach_radius(
+    model: pin.Model,
+    slide: Sequence[float],
+    placement_r: Sequence[Matrix],
+    placement_p: Sequence[list[float]],
+    tip_p: list[float],
+) -> float:
+    """Return m, the farthest that the tip can be from where the first joint's origin is at zero."""
+    ways = [0.0, *(norm(p) for p in [*placement_p[1:], tip_p])]  # of each joint's origin from that of the one before
+    for i, (radius, r) in enumerate(zip(slide, placement_r, strict=True)):
+        if radius:
+            start = placement_p[i] if i else [0.0, 0.0, 0.0]
+            ends = (float(model.lowerPositionLimit[i]), float(model.upperPositionLimit[i]))
+            ways[i] = max(norm([start[k] + q * r[k][2] for k in range(3)]) for q in ends)
+    return math.fsum(ways)
+
+
 def rest_pairs(chain: Chain) -> NDArray[np.int64]:
     """Return the pairs (k, 2) of capsules that may collide where none are listed."""
     n = chain.n
     rest = np.clip(np.zeros(n), chain.lower, chain.upper)
     axes, origins, rotations = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
     interpreted(forward)(
-        chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, rest, axes, origins, rotations, np.empty((4, 3))
-    )
+        chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, chain.slide, rest, axes, origins, rotations,
+        np.empty((4, 3)),
+    )  # fmt: skip
     ends = np.empty((len(chain.capsule_radius), 2, 3))
     interpreted(place_capsules)(chain.capsule_joint, chain.capsule_a, chain.capsule_b, origins, rotations, ends)
     return separate_pairs(chain.capsule_joint, ends, chain.capsule_radius)

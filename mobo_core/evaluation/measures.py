@@ -23,20 +23,23 @@ Array = NDArray[np.float64]
 
 @compiled
 def joint_torques(
-    placement_r: Array, placement_p: Array, tip_r: Array, tip_p: Array, mass: Array, com: Array, gravity: Array,
-    q: Array, out: Array,
+    placement_r: Array, placement_p: Array, tip_r: Array, tip_p: Array, slide: Array, mass: Array, com: Array,
+    gravity: Array, q: Array, out: Array,
 ) -> None:  # fmt: skip
-    """Write the torque in N m that holds each joint at each of ``q`` (m, n) into ``out`` (m, n)."""
+    """Write the torque in N m that holds each joint at each of ``q`` (m, n) into ``out`` (m, n).
+
+    Of a joint that slides it is force times ``slide`` (n,), m, above 0 for such joints alone.
+    """
     n = q.shape[1]
     axes, origins, rotations, tip = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3)), np.empty((4, 3))
     for i in range(q.shape[0]):
-        forward(placement_r, placement_p, tip_r, tip_p, q[i], axes, origins, rotations, tip)
-        gravity_torque(mass, com, gravity, axes, origins, rotations, out[i])
+        forward(placement_r, placement_p, tip_r, tip_p, slide, q[i], axes, origins, rotations, tip)
+        gravity_torque(mass, com, slide, gravity, axes, origins, rotations, out[i])
 
 
 @compiled
 def manipulabilities(
-    placement_r: Array, placement_p: Array, tip_r: Array, tip_p: Array, q: Array, out: Array
+    placement_r: Array, placement_p: Array, tip_r: Array, tip_p: Array, slide: Array, q: Array, out: Array
 ) -> None:
     """Write sqrt(det(J J^T)) at each of ``q`` (m, n) into ``out`` (m,); 0 for fewer than 6 joints.
 
@@ -51,9 +54,12 @@ def manipulabilities(
         out[i] = 0.0
         if n < 6:
             continue
-        forward(placement_r, placement_p, tip_r, tip_p, q[i], axes, origins, rotations, tip)
+        forward(placement_r, placement_p, tip_r, tip_p, slide, q[i], axes, origins, rotations, tip)
         for j in range(n):
             for k in range(3):
+                if slide[j] > 0.0:
+                    jac[k, j], jac[k + 3, j] = axes[j, k], 0.0
+                    continue
                 u, v = (k + 1) % 3, (k + 2) % 3
                 jac[k, j] = axes[j, u] * (tip[3, v] - origins[j, v]) - axes[j, v] * (tip[3, u] - origins[j, u])
                 jac[k + 3, j] = axes[j, k]

@@ -19,11 +19,11 @@ _LOOKS = 256
 
 def flat_arm(chain: Chain) -> Arm:
     """Return a chain as the kernel takes it."""
-    constants = lane_constants(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p)
+    constants = lane_constants(chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, chain.slide)
     return Arm(
         chain.placement_r, chain.placement_p, chain.tip_r, chain.tip_p, constants, chain.lower, chain.upper,
         chain.mass, chain.com, chain.reach_radius, chain.capsule_joint, chain.capsule_a, chain.capsule_b,
-        chain.capsule_radius, chain.pairs,
+        chain.capsule_radius, chain.pairs, chain.slide,
     )  # fmt: skip
 
 

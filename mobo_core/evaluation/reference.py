@@ -28,6 +28,7 @@ class ReferenceModel:
         self.chain = chain
         self.model = chain.model
         self.data = self.model.createData()
+        self._radius = np.where(chain.slide > 0.0, chain.slide, 1.0)
         self._capsules = []
         self._obstacles: list[tuple[coal.CollisionGeometry, coal.Transform3s]] | None = None
         for joint, a, b, radius in zip(
@@ -57,8 +58,8 @@ class ReferenceModel:
         return jac.reshape(6, self.chain.n)  # Pinocchio gives that of a single joint as a vector
 
     def torque(self, q: Array) -> Array:
-        """Return the torques in N m that hold the arm at ``q``, shape (n,)."""
-        torque: Array = pin.computeGeneralizedGravity(self.model, self.data, q)
+        """Return the torques in N m that hold the arm at ``q``, shape (n,); of joints that slide at their pinions."""
+        torque: Array = pin.computeGeneralizedGravity(self.model, self.data, q) * self._radius
         return torque
 
     def clearance(self, q: Array) -> float:

@@ -20,7 +20,7 @@ from mobo_core.evaluation.kernel.starts import GRID, sort_table, unit_samples
 
 # Configurations sampled, by rules; whole numbers of LANES.
 TABLE_SAMPLES = {1: 20_000, 2: 20_000}
-# Starts of a pose differ in some joint by this (rad), or by this share of the range it is sampled in.
+# Starts of a pose differ in some joint by this (rad or m), or by this share of the range it is sampled in.
 APART, APART_SHARE = 1.0, 0.25
 
 
@@ -96,18 +96,19 @@ def start_table_1(compiled: ModuleType, chain: Chain, constants: Array, seed: in
 
 @functools.lru_cache(4)
 def _samples(
-    seed: int, lower: tuple[float, ...], upper: tuple[float, ...]
+    seed: int, lower: tuple[float, ...], upper: tuple[float, ...], turns: tuple[bool, ...]
 ) -> tuple[Array, Array, NDArray[np.int64], Array, Array]:
     """Return configurations (m, n), the same as (m / LANES, n, LANES), their codes, and from where, how far apart.
 
-    Arms of these limits share them.
+    Arms of these limits share them, if the same joints turn.
 
     A joint of more than a full turn is sampled within the turn in the middle of its limits, which holds every angle
     once.
     """
     low, span = np.array(lower), np.array(upper) - np.array(lower)
-    low = np.where(span > TURN, low + 0.5 * (span - TURN), low)
-    span = np.minimum(span, TURN)
+    most = np.where(turns, TURN, np.inf)
+    low = np.where(span > most, low + 0.5 * (span - most), low)
+    span = np.minimum(span, most)
     q, apart = _unit_samples(seed, len(lower), TABLE_SAMPLES[2]) * span + low, np.minimum(APART, APART_SHARE * span)
     codes = np.empty(len(q), np.int64)
     codes_of(q, low, apart, codes)
@@ -117,7 +118,8 @@ def _samples(
 
 def start_table_2(compiled: ModuleType, chain: Chain, constants: Array, seed: int, threads: int) -> Table:
     """Return the arm's table of starts by rules 2. The arrays are this thread's, and the next call's too."""
-    q, in_lanes, codes, lower, apart = _samples(seed, tuple(chain.lower.tolist()), tuple(chain.upper.tolist()))
+    limits = tuple(chain.lower.tolist()), tuple(chain.upper.tolist())
+    q, in_lanes, codes, lower, apart = _samples(seed, *limits, tuple((chain.slide == 0.0).tolist()))
     w, (x, y, z), radius = _workspace, chain.placement_p[0].tolist(), chain.reach_radius
     # This thread's arrays, for the others too.
     cells, unsorted = w.cells, w.unsorted

@@ -21,6 +21,8 @@ MAX_LINKS = 256
 MAX_SHAPES = 300  # each pair of them is looked at
 _REVOLUTE = ("revolute", "continuous")
 _ANGLE_LIMIT = 1e3
+# m, of the pinion that drives a joint which slides, where the URDF does not say.
+SLIDE_RADIUS = 0.05
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,7 @@ class CheckedUrdf:
         ignored_shapes: collision shapes of other kinds (such as boxes), which are left out.
         apart: pairs of names of shapes that do not collide, if they are listed: then all others may, however close.
         mimics: names of the joints that follow another one.
+        slides: joints that slide -> radius of the pinion that drives each, m (``<slide radius="…"/>`` in the joint).
     """
 
     xml: str = ""
@@ -65,6 +68,7 @@ class CheckedUrdf:
     ignored_shapes: int = 0
     apart: set[frozenset[str]] | None = None
     mimics: set[str] = field(default_factory=set)
+    slides: dict[str, float] = field(default_factory=dict)
 
     def leaves(self) -> list[str]:
         """Return the links that are nobody's parent."""
@@ -198,6 +202,8 @@ def _motion(joint: Element, name: str, kind: str, where: str, checked: CheckedUr
     """Return axis and limits of a joint that moves."""
     if joint.find("mimic") is not None:
         checked.mimics.add(name)
+    if kind == "prismatic":
+        checked.slides[name] = slide_radius(joint, where)
     axis = numbers(joint.find("axis"), "xyz", "1 0 0", where + " axis")
     if abs(math.sqrt(sum(a * a for a in axis)) - 1) > 1e-3:
         raise InputError(f"axis {text(axis)}", where=where, expected="a vector of length 1")
@@ -213,6 +219,18 @@ def _motion(joint: Element, name: str, kind: str, where: str, checked: CheckedUr
             raise InputError(what, where=where, expected=f"lower < upper, within {_ANGLE_LIMIT:g}")
     limit_text = f'<limit lower="{lower!r}" upper="{upper!r}" effort="1000" velocity="10"/>'
     return f'<axis xyz="{text(axis)}"/>{limit_text}'
+
+
+def slide_radius(joint: Element, where: str) -> float:
+    """Return m, the radius of the pinion that drives a joint which slides.
+
+    Raises:
+        InputError: it is not a number above 0.
+    """
+    (radius,) = numbers(joint.find("slide"), "radius", repr(SLIDE_RADIUS), where + " slide", 1)
+    if not 0 < radius <= _ANGLE_LIMIT:
+        raise InputError(f"radius {radius:g}", where=where + " slide", expected=f"above 0, at most {_ANGLE_LIMIT:g} m")
+    return radius
 
 
 def _one_tree(links: set[str], checked: CheckedUrdf) -> None:

@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-# What stands for the tip where joints have the number of their axis.
-TIP = 4.0
+# What stands for the tip where joints have the number of their axis; for a joint that slides; and for the tip of an
+# arm that has such joints.
+TIP, SLIDE, SLIDES = 4.0, 5.0, 6.0
 
 
 class Arm(NamedTuple):
     """A :class:`mobo_core.evaluation.chain.Chain` without names and libraries.
 
-    ``constants`` are those of :func:`lane_constants`.
+    ``constants`` are those of :func:`lane_constants`. ``slide`` (n,): 0 for a joint that turns; for one that slides the
+    radius, m, by which its force counts as torque.
     """
 
     placement_r: Floats
@@ -35,18 +37,25 @@ class Arm(NamedTuple):
     capsule_b: Floats
     capsule_radius: Floats
     pairs: Ints
+    slide: Floats
 
 
-def lane_constants(placement_r: Floats, placement_p: Floats, tip_r: Floats, tip_p: Floats) -> Floats:
+def lane_constants(
+    placement_r: Floats, placement_p: Floats, tip_r: Floats, tip_p: Floats, slide: Floats
+) -> Floats:
     """Return a chain's placements as ``lane_step`` takes them, (n + 1, 14), a row a joint and one for the tip.
 
     Each row holds rotation (row by row) and position (m) in the joint before, and two numbers more. If, with all
     joints at zero, each turns about x, y or z of the base and each place lies above the one before, then these are
-    1, 2 or 3 for the axis (TIP for the tip), and the way along z in m. Otherwise they are 0.
+    1, 2 or 3 for the axis (TIP for the tip), and the way along z in m. Otherwise they are 0. Where a joint slides
+    (``slide`` above 0) the first is SLIDE for each such joint, SLIDES for the tip, and 0 for the others.
     """
     constants = np.zeros((len(placement_p) + 1, 14))
     constants[:-1, :9], constants[:-1, 9:12] = placement_r.reshape(-1, 9), placement_p
     constants[-1, :9], constants[-1, 9:12] = tip_r.ravel(), tip_p
+    if slide.any():
+        constants[:-1, 12], constants[-1, 12] = np.where(slide > 0.0, SLIDE, 0.0), SLIDES
+        return constants
     frame = np.eye(3)
     parallel = np.zeros((len(constants), 2))
     for i, row in enumerate(constants):

@@ -82,7 +82,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
     placement_r, placement_p, lower, upper, constants = (
         arm.placement_r, arm.placement_p, arm.lower, arm.upper, arm.constants
     )  # fmt: skip
-    tip_r, tip_p, mass, com, gravity = arm.tip_r, arm.tip_p, arm.mass, arm.com, question.gravity
+    tip_r, tip_p, mass, com, slide, gravity = arm.tip_r, arm.tip_p, arm.mass, arm.com, arm.slide, question.gravity
     capsule_joint, capsule_a, capsule_b, capsule_radius, pairs = (
         arm.capsule_joint, arm.capsule_a, arm.capsule_b, arm.capsule_radius, arm.pairs
     )  # fmt: skip
@@ -99,7 +99,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
     q, torque = np.empty(n), np.empty(n)
     free_lower, free_upper = lower.copy(), upper.copy()
     for k in range(n):
-        if upper[k] - lower[k] >= TURN:
+        if upper[k] - lower[k] >= TURN and slide[k] == 0.0:
             free_lower[k], free_upper[k] = -1e4, 1e4
     e_position_max = question.position_tolerance * question.position_tolerance
     e_rotation_max = question.half_angle_sine * question.half_angle_sine
@@ -218,8 +218,8 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
             ):  # fmt: skip
                 for k in range(n):
                     q[k] = state[k * LANES + lane]
-                bring_between_limits(q, lower, upper)
-                forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations_of_joints, tip)
+                bring_between_limits(q, lower, upper, slide)
+                forward(placement_r, placement_p, tip_r, tip_p, slide, q, axes, origins, rotations_of_joints, tip)
                 reached = not question.self_collision or not any_near_pair_collides(
                     capsule_joint, capsule_a, capsule_b, capsule_radius, pairs, origins, rotations_of_joints, ends
                 )
@@ -229,7 +229,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
                         ends,
                     )  # fmt: skip
                 if reached:
-                    norm = gravity_torque(mass, com, gravity, axes, origins, rotations_of_joints, torque)
+                    norm = gravity_torque(mass, com, slide, gravity, axes, origins, rotations_of_joints, torque)
                     if not question.least_torque or norm < lane_torque[lane]:
                         lane_torque[lane] = norm
                         for k in range(n):

@@ -25,16 +25,17 @@ IN_COLLISION = 3
 # Damping grows with the squared error (Sugihara, IEEE T-RO 2011) from a floor that keeps the matrix regular.
 DAMPING_FLOOR = 1e-5
 DAMPING_GAIN = 0.02
-# Largest step of a joint in one iteration, rad.
+# Largest step of a joint in one iteration, rad or m.
 MAX_STEP = 1.0
 # 1 + trace of the rotation between tool and target below which they are half a turn apart.
 HALF_TURN = 1e-8
 
 
 @compiled
-def forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations, tip):
+def forward(placement_r, placement_p, tip_r, tip_p, slide, q, axes, origins, rotations, tip):
     """Write joint axes (n, 3), joint origins (n, 3) and joint rotations (n, 3, 3) at ``q``, base frame.
 
+    ``slide`` (n,) is above 0 for joints that slide along their axis, by ``q`` m, and take their origin along.
     ``tip``, shape (4, 3), receives the rotation of the tip in rows 0-2 and its position in row 3.
     """
     n = q.shape[0]
@@ -65,7 +66,11 @@ def forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations,
             tip[2, 0], tip[2, 1], tip[2, 2] = c20, c21, c22
             tip[3, 0], tip[3, 1], tip[3, 2] = x, y, z
             return
-        s, c = sin_cos(q[i])
+        if slide[i] > 0.0:
+            s, c = 0.0, 1.0
+            x, y, z = x + c02 * q[i], y + c12 * q[i], z + c22 * q[i]
+        else:
+            s, c = sin_cos(q[i])
         a00, a01, a02 = c00 * c + c01 * s, c01 * c - c00 * s, c02
         a10, a11, a12 = c10 * c + c11 * s, c11 * c - c10 * s, c12
         a20, a21, a22 = c20 * c + c21 * s, c21 * c - c20 * s, c22
@@ -78,10 +83,11 @@ def forward(placement_r, placement_p, tip_r, tip_p, q, axes, origins, rotations,
 
 
 @compiled
-def gravity_torque(mass, com, gravity, axes, origins, rotations, torque):
+def gravity_torque(mass, com, slide, gravity, axes, origins, rotations, torque):
     """Write the torque in N m that holds each joint against gravity; return its L2 norm.
 
-    ``mass`` (n,) in kg and ``com`` (n, 3) in m, joint frame, belong to the bodies that joint i moves.
+    ``mass`` (n,) in kg and ``com`` (n, 3) in m, joint frame, belong to the bodies that joint i moves. The force of a
+    joint that slides counts times ``slide`` (n,), m: the torque of a pinion of that radius, which drives it.
     """
     weight = wx = wy = wz = 0.0
     total = 0.0
@@ -99,6 +105,9 @@ def gravity_torque(mass, com, gravity, axes, origins, rotations, torque):
             + axes[i, 1] * (dz * gravity[0] - dx * gravity[2])
             + axes[i, 2] * (dx * gravity[1] - dy * gravity[0])
         )
+        if slide[i] > 0.0:
+            along = axes[i, 0] * gravity[0] + axes[i, 1] * gravity[1] + axes[i, 2] * gravity[2]
+            t = -(weight * along) * slide[i]
         torque[i] = t
         total += t * t
     return math.sqrt(total)

@@ -34,10 +34,13 @@ def hopes_of(effort, iterations, enough):
 
 
 @compiled
-def bring_between_limits(q, lower, upper):
-    """Turn joints of more than a full turn, by full turns, to the angle nearest to the middle of their limits."""
+def bring_between_limits(q, lower, upper, slide):
+    """Turn joints of more than a full turn, by full turns, to the angle nearest to the middle of their limits.
+
+    Those that slide (``slide`` above 0) are between them already.
+    """
     for k in range(q.shape[0]):
-        if upper[k] - lower[k] >= TURN:
+        if upper[k] - lower[k] >= TURN and slide[k] == 0.0:
             middle = 0.5 * (lower[k] + upper[k])
             while q[k] > middle + 0.5 * TURN:
                 q[k] -= TURN

@@ -16,9 +16,11 @@ from collections.abc import Iterator
 
 from mobo_core.evaluation.kernel.configuration import DAMPING_FLOOR, DAMPING_GAIN, HALF_TURN, MAX_STEP
 from mobo_core.evaluation.kernel.free import lane_linearise_free_source
+from mobo_core.evaluation.kernel.arguments import SLIDES
 from mobo_core.evaluation.kernel.orientation import FULL
 from mobo_core.evaluation.kernel.places import lane_places_source
 from mobo_core.evaluation.kernel.rows import LANES, MATRIX, Rows, at, function, halves, lanes, load, store
+from mobo_core.evaluation.kernel.slides import lane_slides_source
 
 STEP_ARGUMENTS = "state, constants, lower, upper, weight, orientation, e_position_max, e_rotation_max"
 _AXES = "xyz"
@@ -37,7 +39,7 @@ def lane_step_source(n: int) -> str:
     """Return the source of ``lane_step``, whose arguments are STEP_ARGUMENTS.
 
     ``state`` is flat, :func:`state_size` numbers, best at a multiple of 64 bytes. Its rows of LANES numbers are: n
-    joint angles (rad); 9 of the target's rotation, row by row, and 3 of its position (m); the squared norms of the
+    joint angles (rad; m of joints that slide); 9 of the target's rotation, row by row, and 3 of its position (m); the squared norms of the
     errors of position and orientation, which the step writes; then work space. ``constants`` are those of
     :func:`mobo_core.evaluation.kernel.arguments.lane_constants`. ``weight`` is what an error of 1 m counts against
     one of 1 rad, ``orientation`` what of a pose's counts
@@ -50,12 +52,14 @@ def lane_step_source(n: int) -> str:
         "lane_places(state, constants)",
         f"if orientation == {FULL}: lane_linearise(state, lower, upper, weight)",
         "else: lane_linearise_free(state, lower, upper, weight, orientation)",
+        f"if constants[{n}, 12] == {SLIDES!r}: lane_slides(state, constants, lower, upper, weight)",
         "lane_move(state, lower, upper, e_position_max, e_rotation_max)",
     ]
     functions = (
         lane_places_source(n),
         function("lane_linearise(state, lower, upper, weight)", linearise),
         lane_linearise_free_source(n),
+        lane_slides_source(n),
         function(step[-1], [*limits, *halves(_solve(rows)), *halves(_move(rows, n))]),
         function(f"lane_step({STEP_ARGUMENTS})", step),
     )
@@ -77,7 +81,7 @@ def lane_jacobian_source(n: int) -> str:
     """Return the source of ``lane_jacobian(state, constants, weight, out)``, which tests hold against Pinocchio.
 
     ``out`` gets n * 6 rows of LANES numbers: the Jacobian of the tip as ``lane_step`` has it, whose source is to come
-    before.
+    before; of joints that turn.
     """
     rows = Rows(n)
     lines = list(_tip(rows))

@@ -110,7 +110,9 @@ def count_touches(arm, obstacles, q, counts):
     ends = np.empty((arm.capsule_joint.shape[0], 2, 3))
     counts[:] = 0
     for i in range(q.shape[0]):
-        forward(arm.placement_r, arm.placement_p, arm.tip_r, arm.tip_p, q[i], axes, origins, rotations, tip)
+        forward(
+            arm.placement_r, arm.placement_p, arm.tip_r, arm.tip_p, arm.slide, q[i], axes, origins, rotations, tip
+        )  # fmt: skip
         place_capsules(arm.capsule_joint, arm.capsule_a, arm.capsule_b, origins, rotations, ends)
         for c in range(counts.shape[0]):
             counts[c, 0] += touches_floor(ends[c], arm.capsule_radius[c], obstacles.floor_z)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mobo_core.evaluation.kernel.arguments import TIP
+from mobo_core.evaluation.kernel.arguments import SLIDE, TIP
 from mobo_core.evaluation.kernel.rows import LANES, Rows, at, function, indented, lanes
 from mobo_core.jit.numerics import COS_TERMS, HALF_PI_PARTS, SIN_TERMS, TWO_OVER_PI
 
@@ -32,7 +32,10 @@ def _joint(rows: Rows) -> Iterator[str]:
     yield from indented(lanes(_link(rows)))
     yield "else:"
     yield from (f"    c{k} = constants[i, {k}]" for k in range(12))
-    yield from indented(lanes(_any(rows)))
+    yield f"    if kind == {SLIDE!r}:"
+    yield from indented(indented(lanes(_slide(rows))))
+    yield "    else:"
+    yield from indented(indented(lanes(_any(rows))))
 
 
 def _sines_of_joint(rows: Rows) -> str:
@@ -51,6 +54,23 @@ def _any(rows: Rows) -> Iterator[str]:
         yield f"{frame[0]} = b0 * c + b1 * s"
         yield f"{frame[1]} = b1 * c - b0 * s"
         yield f"{frame[2]} = b2"
+
+
+def _slide(rows: Rows) -> Iterator[str]:
+    """Move the frame by the placement of a joint, and along its z axis.
+
+    Its row of the Jacobian is not that of a joint that turns: with a zero for its axis, that one is zero.
+    """
+    yield f"q = {at(rows.q, 'turn + ')}"
+    for r in range(3):
+        frame = [at(rows.frame + 3 * r + k) for k in range(3)]
+        yield f"a0, a1, a2 = {', '.join(frame)}"
+        yield from (f"b{k} = a0 * c{k} + a1 * c{k + 3} + a2 * c{k + 6}" for k in range(3))
+        before = f"{at(rows.base + r, 'place + ')} + (a0 * c9 + a1 * c10 + a2 * c11)"
+        yield f"{at(rows.origin + r, 'place + ')} = {before} + b2 * q"
+        yield f"{at(rows.slide + r, 'place + ')} = b2"
+        yield f"{at(rows.axis + r, 'place + ')} = 0.0"
+        yield from (f"{frame[k]} = b{k}" for k in range(3))
 
 
 def _parallel(rows: Rows, w: int) -> Iterator[str]:

@@ -17,7 +17,7 @@ class Rows:
     """Where each row of LANES numbers is in ``state``: arguments, then what one part of a step leaves to the next.
 
     ``axis`` and ``origin`` have three rows a joint and three for the tip, which counts as a joint at rest; before
-    ``origin`` are three of the base.
+    ``origin`` are three of the base. A joint that slides has its axis in ``slide`` and zeros in ``axis``.
     """
 
     def __init__(self, n: int) -> None:
@@ -28,7 +28,7 @@ class Rows:
         self.origin = self.base + 3
         self.tip = self.origin + 3 * n
         self.jacobian, self.matrix, self.error = (self._next(count) for count in (6 * n, len(MATRIX), 6))
-        self.damping = self._next(1)
+        self.damping, self.slide = self._next(1), self._next(3 * n)
 
     def _next(self, count: int) -> int:
         first, self.end = self.end, self.end + count

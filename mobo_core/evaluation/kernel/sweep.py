@@ -190,7 +190,10 @@ def evaluate_voxels(arm, table, question, first, last, out):
             if there:
                 for k in range(n):
                     q[k] = state[k * LANES + lane]
-                forward(placement_r, placement_p, arm.tip_r, arm.tip_p, q, axes, origins, rotations_of_joints, tip)
+                forward(
+                    placement_r, placement_p, arm.tip_r, arm.tip_p, arm.slide, q, axes, origins, rotations_of_joints,
+                    tip,
+                )  # fmt: skip
                 if (question.self_collision and any_pair_collides(
                     arm.capsule_joint, arm.capsule_a, arm.capsule_b, arm.capsule_radius, arm.pairs, origins,
                     rotations_of_joints, ends,
@@ -202,7 +205,7 @@ def evaluate_voxels(arm, table, question, first, last, out):
                         lane_outcome[lane] = IN_COLLISION
                 else:
                     norm = gravity_torque(
-                        arm.mass, arm.com, question.gravity, axes, origins, rotations_of_joints, torque
+                        arm.mass, arm.com, arm.slide, question.gravity, axes, origins, rotations_of_joints, torque
                     )
                     lane_outcome[lane] = REACHED
                     if norm < lane_torque[lane]:

@@ -25,7 +25,7 @@ def run(module: ModuleType, n: int) -> None:
     none = np.zeros(1, np.int64)
     arm = Arm(
         np.stack([eye] * n), np.zeros((n, 3)), eye, up, constants, -one, one, one, np.zeros((n, 3)), 1.0,
-        none, np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros((0, 2), np.int64),
+        none, np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros((0, 2), np.int64), np.zeros(n),
     )  # fmt: skip
     obstacles = Obstacles(0.0, np.zeros((0, 15)), np.zeros((1, 1), np.uint8))
     count_touches(arm, obstacles, samples, np.zeros((1, 1), np.int64))
