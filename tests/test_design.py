@@ -177,7 +177,7 @@ def test_only_the_letters_of_the_space_are_drawn() -> None:
 @pytest.mark.parametrize(
     ("joints", "lengths", "words"),
     [
-        ("PRXYPY", (0.1,) * 6, ("'X'", "place 3", "R (roll), P (pitch) or Y (yaw)")),
+        ("PRXYPY", (0.1,) * 6, ("'X'", "place 3", "R (roll), P (pitch), Y (yaw) or S (slide)")),
         ("prr", (0.2,) * 3, ("'p'", "place 1")),
         ("P R", (0.2,) * 3, ("' '", "place 2")),
         ("", (), ("0 joints", "1 to 64")),

@@ -24,7 +24,7 @@ PAGE = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
 SAMPLE = ROOT / "bags" / "sample" / "paper_6"
 QUICK: dict[str, Any] = {"spec": {"poses_per_voxel": 2}, "n_startup_trials": 4, "sampler": "random"}
 RECIPES: dict[str, tuple[Registry[Any], str]] = {
-    "Joint type": (JOINTS, "S"),
+    "Joint type": (JOINTS, "K"),
     "Objective": (OBJECTIVES, "dexterous"),
     "Sampler": (SAMPLERS, "optuna_tpe"),
     "Figure": (FIGURES, "seconds"),
@@ -61,11 +61,11 @@ def distribution(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: py
 @pytest.mark.recipe("Joint type")
 def test_joint_type(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A study with it runs on the kernel, verifies and is reported."""
-    settings = QUICK | {"space": {"joint_types": "SPY"}}
+    settings = QUICK | {"space": {"joint_types": "KPY"}}
     bag = run_study(tmp_path / "bag", 6, settings=settings, engine="kernel")
     assert mobo("verify", bag, "--workers", 1) == 0
     assert mobo("report", bag, "-o", tmp_path / "report") == 0
-    assert mobo("evaluate", "--joints", "SPYPSP", "--lengths", "0.1,0.1,0.1,0.1,0.1,0.1") == 0
+    assert mobo("evaluate", "--joints", "KPYPKP", "--lengths", "0.1,0.1,0.1,0.1,0.1,0.1") == 0
 
 
 @pytest.mark.recipe("Objective")

@@ -21,7 +21,7 @@ SOURCE = """
 from pathlib import Path
 from mobo_core.design import JointType
 
-SKEW = JointType("S", "skew", "skew", (0.0, 0.6, 0.8), "#009e73", file=Path(__file__).with_name("skew.xacro"),
+SKEW = JointType("K", "skew", "skew", (0.0, 0.6, 0.8), "#009e73", file=Path(__file__).with_name("skew.xacro"),
                  next_built="R")
 """
 MACRO = """
@@ -33,16 +33,16 @@ MACRO = """
   </xacro:macro>
 </robot>
 """
-SPACE = {"n_joints": 6, "joint_types": "SP"}
+SPACE = {"n_joints": 6, "joint_types": "KP"}
 
 
 @pytest.fixture
 def skew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A distribution with the joint type S."""
+    """A distribution with the joint type K."""
     folder = tmp_path / "skewed"
     folder.mkdir()
     (folder / "skew.xacro").write_text(MACRO)
-    install(folder, monkeypatch, JOINTS, "skewed", SOURCE, S="SKEW")
+    install(folder, monkeypatch, JOINTS, "skewed", SOURCE, K="SKEW")
     yield
 
 
@@ -53,19 +53,19 @@ def test_a_joint_type_of_another_distribution(skew: None, tmp_path: Path) -> Non
     settings = {"space": SPACE, "spec": {"poses_per_voxel": 10, "ik_mode": "complete"}, "sampler": "random"}
     bag = run_study(tmp_path / "bag", 12, settings=settings, engine="kernel")
     study = read_study(bag)
-    assert {"S", "P", "R"} == set("".join(candidate.joints for candidate in study.candidates))
+    assert {"K", "P", "R"} == set("".join(candidate.joints for candidate in study.candidates))
     assert sum(trial.reach for trial in study.complete_trials()) > 0
     assert mobo("verify", bag, "--workers", 1) == 0
     assert mobo("report", bag, "-o", tmp_path / "report") == 0
-    assert mobo("export", "urdf", "--joints", "sp", "--lengths", "0.3,0.3", "-o", tmp_path / "arm.urdf") == 0
+    assert mobo("export", "urdf", "--joints", "kp", "--lengths", "0.3,0.3", "-o", tmp_path / "arm.urdf") == 0
 
 
 def test_its_rule_and_description(skew: None) -> None:
-    """After S comes R, by its rule, and the prepared description is plain xacro's, with its axis."""
-    assert effective_joints("SSPS") == "SRPS"
+    """After K comes R, by its rule, and the prepared description is plain xacro's, with its axis."""
+    assert effective_joints("KKPK") == "KRPK"
     space = DesignSpace.of(SPACE)
     prepared = PreparedXacro(space)
-    for joints in ("SSPSPP", "PPSPPS", "PSSSPP"):
+    for joints in ("KKPKPP", "PPKPPK", "PKKKPP"):
         design = Design(joints, (0.1, 0.2, 0.3, 0.0, 0.0, 0.0))
         assert prepared.to_urdf(design) == to_urdf(design, space)
     assert not prepared.plain
@@ -83,8 +83,8 @@ def test_axes_are_those_of_the_macros(skew: None) -> None:
 
 def test_without_the_distribution_the_letter_is_unknown() -> None:
     """In one line that says which there are."""
-    with pytest.raises(InputError, match=r"unknown joint 'S' at place 1 of 'SP'; expected R \(roll\), P \(pitch\) or"):
-        Design("SP", (0.1, 0.2))
+    with pytest.raises(InputError, match=r"unknown joint 'K' at place 1 of 'KP'; expected R \(roll\), P \(pitch\), Y"):
+        Design("KP", (0.1, 0.2))
 
 
 @pytest.mark.parametrize("letter", ["", "RP", "s", "1", "Ä", "."])

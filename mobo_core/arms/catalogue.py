@@ -20,9 +20,9 @@ from mobo_core.errors import InputError
 NAMED = (
     ("ALOHA", "YPPYPY", 6), ("COBOTTA", "YPPYPY", 6), ("xArm 6", "YPPYPY", 6), ("Spot's arm", "YPPYPY", 6),
     ("ARX", "YPPPRY", 6), ("myCobot", "YPPPYP", 6), ("Panda", "YPYPYPR", 7), ("Sawyer", "YPYPYPY", 7),
-    ("Kinova Gen3", "YPYPYPY", 7), ("Cyton Gamma", "YPRP", 7),
+    ("Kinova Gen3", "YPYPYPY", 7), ("Cyton Gamma", "YPRP", 7), ("Unimate", "YPSPY", 5),
 )  # fmt: skip
-# Of the arms that the paper names, those that neither source holds; Unimate's second joint slides.
+# Of the arms that the paper names, those that neither source holds.
 MISSING = ("COBOTTA", "Spot's arm", "ARX", "myCobot", "Sawyer", "Cyton Gamma", "Unimate")
 _MOST_NAMES = 4
 

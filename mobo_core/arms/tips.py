@@ -16,8 +16,8 @@ _NAMES = (
 def find_tip(robot: Robot, tip: str) -> str:
     """Return ``tip`` if it is a link, or the one that is plainly meant if it is empty, with a note.
 
-    Plainly meant is the only leaf; else, of those named like a tool (of all, if none is), the one that the most joints lead to
-    of those that no finger carries.
+    Plainly meant is the only leaf; else, of those named like a tool (of all, if none is), the one that the most joints
+    lead to, of those that no finger carries.
 
     Raises:
         InputError: no such link, or several are as likely.
@@ -52,7 +52,7 @@ def _rank(leaf: str) -> int | None:
 
 
 def _turning(robot: Robot, leaf: str) -> int:
-    """Return how many joints lead to a leaf; -1 if one of them follows another, or the last one slides: a finger."""
+    """Return how many joints lead to a leaf; -1 if one follows another, or the last one slides, as a finger does."""
     path = [joint for joint in robot.path(leaf) if joint.moves]
     if any(joint.leader for joint in path) or (path and path[-1].kind == "prismatic"):
         return -1

@@ -135,5 +135,5 @@ def voxels_within(space: DesignSpace, spec: EvaluationSpec) -> int:
     centres = spec.voxel_centres()
     height = np.clip(centres[:, 2], low, high)
     squares = centres[:, 0] ** 2 + centres[:, 1] ** 2 + (centres[:, 2] - height) ** 2
-    farthest = space.total_ends[1] + spec.tool_length + spec.position_tolerance
+    farthest = space.longest_reach + spec.tool_length + spec.position_tolerance
     return int((squares <= farthest**2).sum())

@@ -50,7 +50,8 @@ def arm_design(args: argparse.Namespace) -> tuple[Design, DesignSpace]:
     design = space.arm(joints, lengths)
     space.total_of(design)
     if design.joints != design.sampled_joints:
-        print(f"note: {design.sampled_joints} is built as {design.joints}: {yaw_rule()}", file=sys.stderr)
+        rule = yaw_rule(design.sampled_joints)
+        print(f"note: {design.sampled_joints} is built as {design.joints}: {rule}", file=sys.stderr)
     return design, space
 
 

@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 import xacro
 
 from mobo_core.design.design import Design
-from mobo_core.design.joints import JOINTS, built_types
+from mobo_core.design.joints import DEFAULT_LETTERS, JOINTS, built_types
 from mobo_core.design.numbers import Several, of_joint
 from mobo_core.design.space import DesignSpace
 from mobo_core.errors import StudyError
@@ -80,7 +80,7 @@ def _link(index: int) -> str:
 def arm_source(name: str, space: DesignSpace, calls: list[str], joints: str = "") -> str:
     """Return the xacro document that calls these macros, one after the other, on a base.
 
-    The macros of mobo are all at hand, and those of other joint types if they are among ``joints`` or in the space.
+    The macros of the default types are all at hand, those of others if they are among ``joints`` or in the space.
     """
     lines = [f'<robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">']
     lines += [
@@ -98,6 +98,8 @@ def _properties(space: DesignSpace) -> dict[str, Several]:
         "motor_length": space.motor_length,
         "radius": space.link_radius,
         "density": space.link_density,
+        "slide_stroke": space.slide_stroke,
+        "slide_radius": space.slide_radius,
     }
 
 
@@ -107,6 +109,7 @@ def _set(properties: dict[str, float]) -> str:
 
 def _macro_files(letters: str) -> list[Path]:
     folder = xacro_folder()
-    files = [folder / f"{name}.xacro" for name in ("common", *sorted(joint.xacro for joint in JOINTS.built_in))]
+    names = ("common", *sorted(JOINTS[letter].xacro for letter in DEFAULT_LETTERS))
+    files = [folder / f"{name}.xacro" for name in names]
     others = [joint.file or folder / f"{joint.xacro}.xacro" for joint in built_types(letters)]
     return list(dict.fromkeys([*files, *others]))

@@ -22,11 +22,13 @@ class JointType:
             (from 1), ``parent`` (a link), ``offset`` (m, from the parent's joint) and ``length`` (m, of the link).
         axis: x, y, z of its axis when all joints are at zero and the arm points straight up (z).
         colour: of the joint in pictures, ``#rrggbb``.
-        motion: of the joint.
+        motion: of the joint: it turns about its axis, or slides along it.
         file: with the macro; None: ``<xacro>.xacro`` in mobo's own folder. It may call the macros and use the
             materials of mobo's ``common.xacro``.
         next_built: letter of the joint that is built after this one whatever was sampled, since every other one would
             be redundant; None if there is no such rule.
+        second_built: letter of the joint that is built after this one where another of this type was sampled, since
+            that would be redundant; None if there is no such rule.
     """
 
     letter: str
@@ -34,9 +36,10 @@ class JointType:
     xacro: str
     axis: tuple[float, float, float]
     colour: str
-    motion: Literal["revolute"] = "revolute"
+    motion: Literal["revolute", "prismatic"] = "revolute"
     file: Path | None = None
     next_built: str | None = None
+    second_built: str | None = None
 
     def __post_init__(self) -> None:
         """Check the letter."""
@@ -50,7 +53,9 @@ class JointType:
 
 
 # The colours can be told apart by all eyes. After Y comes P: a second yaw would be redundant, and a roll there is a
-# pitch seen from a yaw turned by a right angle (Kawaharazuka et al., Advanced Robotics 2025, section 2.1).
+# pitch seen from a yaw turned by a right angle (Kawaharazuka et al., Advanced Robotics 2025, section 2.1). Two slides
+# in a row move along one axis: in place of the second comes a pitch, as after a yaw. A slide right before a yaw does
+# what one right after it would.
 JOINTS = Registry(
     "joint type",
     "mobo.joints",
@@ -59,8 +64,13 @@ JOINTS = Registry(
         JointType("R", "roll", "roll", (1.0, 0.0, 0.0), "#cc79a7"),
         JointType("P", "pitch", "pitch", (0.0, 1.0, 0.0), "#0072b2"),
         JointType("Y", "yaw", "yaw", (0.0, 0.0, 1.0), "#e69f00", next_built="P"),
+        JointType("S", "slide", "slide", (0.0, 0.0, 1.0), "#009e73", motion="prismatic", second_built="P"),
     ),
 )
+
+
+# Of the types that a space draws unless it says otherwise.
+DEFAULT_LETTERS = "RPY"
 
 
 def joint_letters() -> str:
@@ -69,19 +79,29 @@ def joint_letters() -> str:
     return f"{', '.join(others)} or {last}"
 
 
-def yaw_rule() -> str:
-    """Return which joints are built whatever was sampled, for people: ``after a yaw comes a pitch``."""
-    rules = [(joint.long_name, JOINTS[joint.next_built].long_name) for joint in JOINTS.values() if joint.next_built]
-    return ", ".join(f"after a {before} comes a {after}" for before, after in rules)
+def yaw_rule(letters: str) -> str:
+    """Return which joints are built whatever was sampled, for people: ``after a yaw comes a pitch``.
+
+    Args:
+        letters: of the types that are sampled.
+    """
+    types = [joint for joint in JOINTS.values() if joint.letter in letters]
+    rules = [("after a {} comes a {}", joint, joint.next_built) for joint in types if joint.next_built]
+    rules += [("in place of a second {} in a row comes a {}", joint, joint.second_built) for joint in types]
+    return ", ".join(rule.format(joint.long_name, JOINTS[built].long_name) for rule, joint, built in rules if built)
 
 
 def _built(before: str, sampled: str) -> str:
     """Return the joint that is built after ``before`` ("": none) where ``sampled`` was drawn."""
-    return (JOINTS[before].next_built if before else None) or sampled
+    if not before:
+        return sampled
+    joint = JOINTS[before]
+    return joint.next_built or (joint.second_built if sampled == before else None) or sampled
 
 
 def effective_joints(sampled_joints: str) -> str:
-    """Return the joint order that is built from a sampled one, see :attr:`JointType.next_built`.
+    """Return the joint order that is built from a sampled one, see :attr:`JointType.next_built` and
+    :attr:`JointType.second_built`.
 
     Raises:
         KeyError: an unknown letter.
@@ -128,5 +148,5 @@ def built_types(letters: str) -> list[JointType]:
         joint = JOINTS[rest.pop(0)]
         if joint.letter not in found:
             found[joint.letter] = joint
-            rest += [joint.next_built] if joint.next_built else []
+            rest += [letter for letter in (joint.next_built, joint.second_built) if letter]
     return list(found.values())

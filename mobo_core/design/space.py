@@ -10,13 +10,20 @@ from typing import Annotated, Any, Literal
 
 from optuna.distributions import BaseDistribution
 from optuna.trial import BaseTrial, FixedTrial
-from pydantic import Field, field_validator, model_validator
+from pydantic import (
+    Field,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    field_validator,
+    model_serializer,
+    model_validator,
+)
 
 from mobo_core.design import checks
 from mobo_core.design.design import Design
-from mobo_core.design.joints import JOINTS, count_built
+from mobo_core.design.joints import DEFAULT_LETTERS, JOINTS, count_built
 from mobo_core.design.lengths import Interval, Links, added, nearest, text_of
-from mobo_core.design.numbers import Given, Numbers, Several, ends, middle
+from mobo_core.design.numbers import Given, Numbers, Several, ends, middle, of_joint
 from mobo_core.design.numbers import text_of as several
 from mobo_core.errors import InputError
 from mobo_core.settings import Settings
@@ -24,8 +31,13 @@ from mobo_core.settings import Settings
 # m or rad, by which numbers that people write may miss a bound.
 _ROUNDING = 1e-6
 # What may be one value for all joints, or a list of one for each.
-_BY_JOINT = ("joints", "fixed_lengths", "joint_limit", "motor_mass", "motor_radius", "motor_length")
-_DEFAULT_TYPES = "".join(joint.letter for joint in JOINTS.built_in)
+_BY_JOINT = (
+    "joints", "fixed_lengths", "joint_limit", "motor_mass", "motor_radius", "motor_length", "slide_stroke",
+    "slide_radius",
+)  # fmt: skip
+# Fields that came later: left out of what is written where they have their defaults, so that a space of older versions
+# reads, and compares, as they wrote it.
+_LATER = ("slide_stroke", "slide_radius")
 
 
 class DesignSpace(Settings):
@@ -44,7 +56,7 @@ class DesignSpace(Settings):
     """
 
     n_joints: int = Field(6, ge=1, le=12, description="joints of an arm")
-    joint_types: str = Field(_DEFAULT_TYPES, description="letters of the joint types to choose from")
+    joint_types: str = Field(DEFAULT_LETTERS, description="letters of the joint types to choose from")
     joints: tuple[str, ...] = Field(
         (), description="the letters to choose from joint by joint, such as [Y, P, RPY], over joint_types"
     )
@@ -86,6 +98,13 @@ class DesignSpace(Settings):
         0.0, description="rad, or text such as 45deg, by which the straight arm leans towards x; a range is searched"
     )
 
+    slide_stroke: Annotated[Several, Numbers(0, 10, above=True)] = Field(
+        0.2, description="m, of a joint that slides (S): half of it either way, no more than its own link is long"
+    )
+    slide_radius: Annotated[Several, Numbers(0, 1e3, above=True)] = Field(
+        0.05, description="m, of the pinion that drives a joint that slides: its force counts as torque at it"
+    )
+
     @model_validator(mode="before")
     @classmethod
     def _count(cls, values: object) -> object:
@@ -116,6 +135,15 @@ class DesignSpace(Settings):
         checks.check_total(self.links, self.total_length)
         return self
 
+    @model_serializer(mode="wrap")
+    def _written(self, write: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, object]:
+        values: dict[str, object] = write(self)
+        if (info.context or {}).get("full"):
+            return values
+        fields = type(self).model_fields
+        idle = {name for name in _LATER if getattr(self, name) == fields[name].default}
+        return {name: value for name, value in values.items() if name not in idle}
+
     @property
     def places(self) -> tuple[str, ...]:
         """For each joint, the letters that may be drawn."""
@@ -140,6 +168,16 @@ class DesignSpace(Settings):
     def total_text(self) -> str:
         """The total length in m for people, such as ``0.6`` or ``0.4 to 0.8``."""
         return several(self.total_length)
+
+    @property
+    def longest_reach(self) -> float:
+        """A bound on m from the first joint, where that slides from its middle, to the tip: with all slides run out."""
+        sliding = [
+            0.5 * of_joint(self.slide_stroke, i)
+            for i, letters in enumerate(self.places)
+            if any(JOINTS[letter].motion == "prismatic" for letter in letters)
+        ]
+        return self.total_ends[1] + math.fsum(sliding)
 
     @property
     def longest_total(self) -> float:

@@ -37,7 +37,7 @@ def result_advice(result: Result) -> list[str]:
 def space_advice(space: DesignSpace, spec: EvaluationSpec) -> str:
     """Return a line on what arms of a space can hardly do, or are built as; ``""`` if there is nothing to say."""
     remarks = joints_advice(space.n_joints, spec)
-    longest = space.total_ends[1] + spec.tool_length
+    longest = space.longest_reach + spec.tool_length
     base = np.array([0.0, 0.0, middle(space.base_height)])
     centres = spec.voxel_centres()
     far = int((np.linalg.norm(centres - base, axis=1) > longest + spec.position_tolerance).sum())
@@ -48,7 +48,7 @@ def space_advice(space: DesignSpace, spec: EvaluationSpec) -> str:
         built = effective_joints(space.joint_types * space.n_joints)
         remarks.append(f"joint_types {space.joint_types} builds {built} alone")
     elif space.n_joints > 1 and (others := _others(space)):
-        remarks.append(f"joints {others} are built too, though {space.letters} are drawn: {yaw_rule()}")
+        remarks.append(f"joints {others} are built too, though {space.letters} are drawn: {yaw_rule(space.letters)}")
     return "; ".join(remarks)
 
 

@@ -38,7 +38,7 @@ class Batch:
 
     @cached_property
     def joint_torque(self) -> NDArray[np.float64]:
-        """(m, n) N m, torque that holds each joint against gravity, of one that slides at its pinion; computed once asked."""
+        """(m, n) N m, torque that holds each joint against gravity, of a slide at its pinion; computed if asked."""
         c, out = self.chain, np.empty(self.q.shape)
         joint_torques(
             c.placement_r, c.placement_p, c.tip_r, c.tip_p, c.slide, c.mass, c.com, self.gravity, self.q, out

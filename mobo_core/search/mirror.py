@@ -28,5 +28,5 @@ def exact_twins(orders: Iterable[str], space: DesignSpace, spec: EvaluationSpec)
     if space.base_tilt != 0.0 or beside or any(of[0] != of[1] for of in alike):
         return {}
     known = set(orders)
-    pairs = {order: swapped(order) for order in known if set(order) <= set("RPY")}
+    pairs = {order: swapped(order) for order in known if set(order) <= set("RPYS")}
     return {a: b for a, b in sorted(pairs.items()) if a != b and b in known and effective_joints(b) == b}

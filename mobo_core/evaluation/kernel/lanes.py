@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from mobo_core.evaluation.kernel.arguments import SLIDES
 from mobo_core.evaluation.kernel.configuration import DAMPING_FLOOR, DAMPING_GAIN, HALF_TURN, MAX_STEP
 from mobo_core.evaluation.kernel.free import lane_linearise_free_source
-from mobo_core.evaluation.kernel.arguments import SLIDES
 from mobo_core.evaluation.kernel.orientation import FULL
 from mobo_core.evaluation.kernel.places import lane_places_source
 from mobo_core.evaluation.kernel.rows import LANES, MATRIX, Rows, at, function, halves, lanes, load, store
@@ -39,10 +39,10 @@ def lane_step_source(n: int) -> str:
     """Return the source of ``lane_step``, whose arguments are STEP_ARGUMENTS.
 
     ``state`` is flat, :func:`state_size` numbers, best at a multiple of 64 bytes. Its rows of LANES numbers are: n
-    joint angles (rad; m of joints that slide); 9 of the target's rotation, row by row, and 3 of its position (m); the squared norms of the
-    errors of position and orientation, which the step writes; then work space. ``constants`` are those of
-    :func:`mobo_core.evaluation.kernel.arguments.lane_constants`. ``weight`` is what an error of 1 m counts against
-    one of 1 rad, ``orientation`` what of a pose's counts
+    joint angles (rad; m where they slide); 9 of the target's rotation, row by row, and 3 of its position (m); the
+    squared norms of the errors of position and orientation, which the step writes; then work space. ``constants`` are
+    those of :func:`mobo_core.evaluation.kernel.arguments.lane_constants`. ``weight`` is what an error of 1 m counts
+    against one of 1 rad, ``orientation`` what of a pose's counts
     (:mod:`mobo_core.evaluation.kernel.orientation`). Angles of lanes within both tolerances stay as they are.
     """
     rows = Rows(n)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mobo_core.report.joint_torques import HeldArm
 from mobo_core.report.page.blobs import Blob, pack
 
-# rad, a step of the stored angles: 0.1 mm at an arm's length.
+# rad, or m of joints that slide, a step of the stored angles: 0.1 mm at an arm's length.
 Q_STEP = math.pi / 16384
 NONE = -32768
 N_SHOWN = 4  # configurations of an arm, drawn at random
@@ -44,5 +44,5 @@ def _drawn(count: int, trial: int) -> NDArray[np.int64]:
 
 
 def _turned(q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return angles within 2 pi of zero, where the stored ones end."""
+    """Return angles within 2 pi of zero, where the stored ones end; no slide has a stroke that goes beyond."""
     return np.where(np.abs(q) <= 2 * math.pi, q, np.remainder(q, 2 * math.pi))

@@ -26,6 +26,7 @@ mobo.Robot = class {
     }));
     const joints = kids(root, "joint").map((joint) => ({
       name: joint.getAttribute("name"), fixed: joint.getAttribute("type") === "fixed",
+      slides: joint.getAttribute("type") === "prismatic", radius: Number(kids(joint, "slide")[0]?.getAttribute("radius") ?? 0.05),
       parent: kids(joint, "parent")[0].getAttribute("link"), child: kids(joint, "child")[0].getAttribute("link"),
       frame: origin(joint), axis: numbers(kids(joint, "axis")[0]?.getAttribute("xyz"), [1, 0, 0]),
       lower: Number(kids(joint, "limit")[0]?.getAttribute("lower") ?? -Math.PI),
@@ -41,7 +42,7 @@ mobo.Robot = class {
     this.n = this.moving.length;
     this.lower = this.moving.map((joint) => joint.lower);
     this.upper = this.moving.map((joint) => joint.upper);
-    this.total = this.path.reduce((sum, joint) => sum + Math.hypot(...joint.frame[1]), 0);
+    this.total = this.path.reduce((sum, joint) => sum + Math.hypot(...joint.frame[1]) + (joint.slides ? Math.max(Math.abs(joint.lower), Math.abs(joint.upper)) : 0), 0);
     const rest = this.lower.map((low, i) => Math.min(Math.max(0, low), this.upper[i]));
     this.pairs = this.#separate(rest);
   }
@@ -52,7 +53,9 @@ mobo.Robot = class {
     const placed = [{ link: this.base, frame, moved: 0 }];
     for (const joint of this.path) {
       frame = mobo.compose(frame, joint.frame);
-      if (!joint.fixed) frame = mobo.compose(frame, [mobo.turn(joint.axis, q[i++]), [0, 0, 0]]);
+      if (joint.slides) frame = [frame[0], mobo.apply(frame, joint.axis.map((a) => a * q[i]))];
+      else if (!joint.fixed) frame = mobo.compose(frame, [mobo.turn(joint.axis, q[i]), [0, 0, 0]]);
+      if (!joint.fixed) i++;
       placed.push({ link: joint.link, frame, moved: i, joint });
     }
     return placed;
@@ -86,7 +89,7 @@ mobo.Robot = class {
     return hit;
   }
 
-  // N m that hold each joint against gravity.
+  // N m that hold each joint against gravity; the force of one that slides as the torque of its pinion.
   torques(placed, gravity, payload = 0) {
     const bodies = placed.map(({ link, frame, moved }) => ({ moved, mass: link.mass, at: mobo.apply(frame, link.com) }));
     bodies.push({ moved: this.n, mass: payload, at: placed.at(-1).frame[1] });
@@ -96,7 +99,8 @@ mobo.Robot = class {
       for (const body of bodies) {
         if (body.moved < moved || !body.mass) continue;
         const [x, y, z] = body.at.map((v, k) => v - origin[k]), [gx, gy, gz] = gravity.map((g) => g * body.mass);
-        torque -= axis[0] * (y * gz - z * gy) + axis[1] * (z * gx - x * gz) + axis[2] * (x * gy - y * gx);
+        if (joint.slides) torque -= joint.radius * (axis[0] * gx + axis[1] * gy + axis[2] * gz);
+        else torque -= axis[0] * (y * gz - z * gy) + axis[1] * (z * gx - x * gz) + axis[2] * (x * gy - y * gx);
       }
       return torque;
     });

@@ -80,14 +80,14 @@ mobo.Viewer = class {
   #makeSliders() {
     const { el } = mobo, { robot, study } = this, order = [...this.letters()];
     this.inputs = robot.moving.map((joint, i) => {
-      const input = el("input", { type: "range", min: joint.lower.toFixed(4), max: joint.upper.toFixed(4), step: 0.005, "aria-label": `angle of joint ${i + 1}, ${order[i] ?? ""}` });
+      const input = el("input", { type: "range", min: joint.lower.toFixed(4), max: joint.upper.toFixed(4), step: joint.slides ? 0.001 : 0.005, "aria-label": `${joint.slides ? "way" : "angle"} of joint ${i + 1}, ${order[i] ?? ""}` });
       input.addEventListener("input", () => { this.moving = null; this.mark = null; this.q[i] = Number(input.value); this.#showSliders(i); this.draw(); });
       return input;
     });
     this.angles = robot.moving.map(() => el("output"));
     this.holds = robot.moving.map(() => el("span.holds"));
     this.sliders.replaceChildren(
-      el("div.sliderrow.head", {}, el("span", {}, "joint"), el("span", {}, "angle"), el("span"), el("span", {}, "holds")),
+      el("div.sliderrow.head", {}, el("span", {}, "joint"), el("span", {}, robot.moving.some((joint) => joint.slides) ? "angle, way" : "angle"), el("span"), el("span", {}, "holds")),
       ...robot.moving.map((_, i) => {
         const [fill, ink] = mobo.jointColours(study.meta, order[i]);
         return el("div.sliderrow", {}, el("i.jointchip", { style: `background:${fill};color:${ink}` }, order[i] ?? String(i + 1)), this.inputs[i], this.angles[i], this.holds[i]);
@@ -99,7 +99,8 @@ mobo.Viewer = class {
     if (!this.inputs || !this.sliders) return;
     this.q.forEach((v, i) => {
       if (i !== except) this.inputs[i].value = v;
-      this.angles[i].textContent = `${mobo.fixed(Math.round((v * 180) / Math.PI) + 0, 0)}\u00b0`;
+      const slides = this.robot.moving[i].slides, shown = Math.round(slides ? v * 1000 : (v * 180) / Math.PI) + 0;
+      this.angles[i].textContent = `${mobo.fixed(shown, 0)}${slides ? " mm" : "\u00b0"}`;
     });
   }
 

@@ -7,9 +7,9 @@ from mobo_core.design.joints import effective_joints
 from mobo_core.evaluation.objectives import OBJECTIVES
 from mobo_core.evaluation.spec import EvaluationSpec
 
-# Of a roll's axis, x, and a pitch's, y.
+# Of a roll's axis, x, and a pitch's, y; those of the others are their own mirror images.
 _SWAPPED = str.maketrans("RP", "PR")
-_SYMMETRIC = "RPY"
+_SYMMETRIC = "RPYS"
 
 
 def sampled_orders(space: DesignSpace) -> dict[str, str]:
