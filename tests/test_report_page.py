@@ -12,6 +12,7 @@ import pytest
 from studies import mobo, run_study
 
 from mobo_core.bag.collector import read_study
+from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.chain import chain_from_urdf
 from mobo_core.evaluation.kernel.configuration import forward, gravity_torque
 from mobo_core.evaluation.kernel.geometry import any_pair_collides
@@ -175,11 +176,11 @@ def test_numbers_are_written_as_python_writes_them(page: Any) -> None:
 
 
 def test_collisions_and_torques_of_a_posture_are_the_kernels(page: Any) -> None:
-    """Of random postures of several arms."""
+    """Of random postures of several arms, one with slides."""
     study, chance = read_study(SAMPLE), np.random.default_rng(1)
     both = set()
-    for trial in study.complete_trials()[::9]:
-        urdf = study.candidate_of(trial.trial).urdf
+    sliding = to_urdf(Design("SPSRPR", (0.1, 0.1, 0.2, 0.1, 0.05, 0.05)), DesignSpace(joint_types="RPYS"))
+    for urdf in [study.candidate_of(trial.trial).urdf for trial in study.complete_trials()[::9]] + [sliding]:
         chain = chain_from_urdf(urdf)
         n = chain.n
         postures = chance.uniform(chain.lower, chain.upper, (20, n))

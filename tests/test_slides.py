@@ -15,7 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from studies import mobo, run_study
 
+from mobo_core.arms.motors import Motors
 from mobo_core.arms.read import read_arm
+from mobo_core.arms.size import size
 from mobo_core.arms.straight import arm_of_chain
 from mobo_core.bag.collector import read_study
 from mobo_core.design import Design, DesignSpace, effective_joints, to_urdf
@@ -28,6 +30,7 @@ from mobo_core.evaluation.reference import ReferenceModel
 from mobo_core.evaluation.spec import load_spec
 
 SPACE = DesignSpace(n_joints=5, joint_types="RPYS", slide_stroke=0.3, slide_radius=0.04)
+KINDS = (("small", 1.0, 0.1), ("middle", 5.0, 0.4), ("large", 50.0, 1.5))
 UNIMATE = Design("YPSPY", (0.1, 0.1, 0.25, 0.05, 0.1))
 
 
@@ -145,6 +148,19 @@ def test_a_slide_of_many_metres_stays_within_its_limits() -> None:
     for place, there in zip(places[outcome == 0], q[outcome == 0], strict=True):
         assert np.linalg.norm(ReferenceModel(chain).tip(there).translation - place) <= 1e-3 + 1e-12
     assert np.count_nonzero(outcome == 0) >= 4
+
+
+def test_motors_of_slides_sit_on_the_link_before() -> None:
+    """With motors in place of an arm's own, `mobo size` has the torques of the design with their masses."""
+    motors = Motors.of({"motors": [{"name": name, "torque": n, "mass": kg, "source": "made"} for name, n, kg in KINDS]})
+    design, spec = Design("SPSRPR", (0.1, 0.1, 0.2, 0.05, 0.05, 0.1)), small_spec(poses_per_voxel=5)
+    found = size(to_urdf(design, SPACE), spec, 0.0, motors=motors, own_motors=(0.5,) * 6)
+    masses = tuple(one.motor.mass for one in found.joints if one.motor)
+    made = chain_from_urdf(to_urdf(design, DesignSpace.of(SPACE.to_dict() | {"n_joints": 6, "motor_mass": masses})))
+    model = ReferenceModel(made)
+    held = np.abs([model.torque(q) for q in found.result.configurations.q])
+    assert len(set(masses)) > 1
+    np.testing.assert_allclose([one.peak for one in found.joints], held.max(axis=0), atol=1e-9)
 
 
 @pytest.mark.slow

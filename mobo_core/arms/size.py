@@ -128,7 +128,7 @@ def size(
             motor = by_name[motors.joints[joint]] if motors.joints else lightest(motors.motors, peak / use)
             chosen[joint] = motor
             if own_motors is not None:
-                mass, com = _heavier(mass, com, joint, motor.mass)
+                mass, com = _heavier(bare, mass, com, joint, motor.mass)
         if own_motors is not None:
             empty = _torques(bare, mass, com, gravity, found.q)
     holds = np.array([np.inf if motor is None else use * motor.torque for motor in chosen])
@@ -163,20 +163,32 @@ def _lightened(chain: Chain, own_motors: Sequence[float] | None) -> tuple[Array,
     """Return masses and their centres without the motors."""
     mass, com = chain.mass.copy(), chain.com.copy()
     for joint, motor in enumerate(own_motors or ()):
-        if motor > mass[joint] + 1e-9:
-            what = f"joint {joint + 1} carries {mass[joint]:.3g} kg in all"
-            raise InputError(what, where="motor mass", expected=f"at least its motor's {motor:g} kg")
-        mass, com = _heavier(mass, com, joint, -min(motor, float(mass[joint])))
+        on = _carrier(chain, joint)
+        if on < 0:
+            continue
+        if motor > mass[on] + 1e-9:
+            what = f"joint {on + 1} carries {mass[on]:.3g} kg in all"
+            expected = f"at least the {motor:g} kg of joint {joint + 1}'s motor"
+            raise InputError(what, where="motor mass", expected=expected)
+        mass, com = _heavier(chain, mass, com, joint, -min(motor, float(mass[on])))
     return mass, com
 
 
-def _heavier(mass: Array, com: Array, joint: int, by: float) -> tuple[Array, Array]:
-    """Return masses and centres with so much more at a joint's origin."""
+def _carrier(chain: Chain, joint: int) -> int:
+    """Return which joint carries the motor of a joint: itself, but of one that slides the one before, -1: the base."""
+    return joint - 1 if chain.slide[joint] > 0 else joint
+
+
+def _heavier(chain: Chain, mass: Array, com: Array, joint: int, by: float) -> tuple[Array, Array]:
+    """Return masses and centres with so much more where a joint's motor is: at its origin, of a slide in the middle."""
+    on = _carrier(chain, joint)
+    if on < 0:
+        return mass, com
     mass, com = mass.copy(), com.copy()
-    moment = mass[joint] * com[joint]
-    mass[joint] += by
+    moment = mass[on] * com[on] + (by * chain.placement_p[joint] if on < joint else 0.0)
+    mass[on] += by
     # What has no mass left has its whole moment in rounding.
-    com[joint] = moment / mass[joint] if mass[joint] > 1e-12 else 0.0
+    com[on] = moment / mass[on] if mass[on] > 1e-12 else 0.0
     return mass, com
 
 

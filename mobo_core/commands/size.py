@@ -133,8 +133,9 @@ def _asked(args: argparse.Namespace) -> _Asked:
         read = read_file_argument(args, args.arm, quiet=args.json)
         length = 0.0
         if args.spec is None:
+            chain = chain_from_urdf(read.urdf, read.tip)
             with notice(f"straightening {args.arm}"):
-                length = arm_of_chain(chain_from_urdf(read.urdf, read.tip), "").length
+                length = chain.reach_radius if chain.slide.any() else arm_of_chain(chain, "").length
         spec = _spec(args.spec, length, read.urdf, read.tip)
         return _Asked(read.urdf, read.tip, spec, args.arm, _one_each(given, read.urdf, read.tip))
     refuse_file_arguments(args, "an arm of the catalogue")
