@@ -312,7 +312,7 @@ def replaced(old: str, new: str) -> str:
         (replaced('xyz="0 0 2"', 'xyz="0 0 0"'), "axis 0.0 0.0 0.0; expected a direction"),
         (replaced('lower="-2"', 'lower="3"'), "lower 3, upper 2"),
         (replaced('type="continuous"', 'type="hinge"'), "type 'hinge'"),
-        (replaced('type="continuous"', 'type="prismatic"'), "4 leaf links.*--tip"),
+        (replaced('type="continuous"', 'type="prismatic"'), "'j2': slides, and has no limits; expected .*--set j2=0"),
         (replaced('link name="camera"', 'link name="wrist"'), "two links named 'wrist'"),
         (replaced('child link="camera"', 'child link="wrist"'), "closes a loop"),
         (replaced('box size="0.05', 'box size="-1'), "box of -1.0"),

@@ -86,7 +86,7 @@ def yaw_rule(letters: str) -> str:
         letters: of the types that are sampled.
     """
     types = [joint for joint in JOINTS.values() if joint.letter in letters]
-    rules = [("after a {} comes a {}", joint, joint.next_built) for joint in types if joint.next_built]
+    rules = [("after a {} comes a {}", joint, joint.next_built) for joint in types]
     rules += [("in place of a second {} in a row comes a {}", joint, joint.second_built) for joint in types]
     return ", ".join(rule.format(joint.long_name, JOINTS[built].long_name) for rule, joint, built in rules if built)
 
