@@ -20,8 +20,15 @@ _STYLES = ("page", "explorer", "arm", "figures", "small")  # later rules win
 GENERATOR = '<meta name="generator" content="mobo '
 
 
-def html(title: str, body: Sequence[str], scripts: Sequence[str] = ()) -> str:
-    """Return a page that may load nothing; ``title`` is plain text, ``body`` HTML, ``scripts`` JavaScript."""
+def html(title: str, body: Sequence[str], scripts: Sequence[str] = (), behind: Sequence[str] = ()) -> str:
+    """Return a page that may load nothing.
+
+    Args:
+        title: plain text.
+        body: HTML.
+        scripts: JavaScript.
+        behind: HTML that comes after the scripts have begun.
+    """
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
@@ -31,6 +38,7 @@ def html(title: str, body: Sequence[str], scripts: Sequence[str] = ()) -> str:
         f"<title>{escape(title)}</title>\n<style>{_style()}</style>\n</head>\n<body>\n"
         + "\n".join(body)
         + "".join(f"\n<script>{script}</script>" for script in scripts)
+        + "".join(f"\n{part}" for part in behind)
         + "\n</body>\n</html>\n"
     )
 

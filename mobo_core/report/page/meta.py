@@ -29,8 +29,12 @@ from mobo_core.search.mirror import exact_twins
 _STOPS = 17  # colours of the gradation that the page mixes the others from
 
 
-def elements(study: StudyRecord, table: StudyTable, held: Sequence[HeldArm], bag: str) -> list[str]:
+def elements(
+    study: StudyRecord, table: StudyTable, held: Sequence[HeldArm], bag: str
+) -> tuple[list[str], list[str]]:
     """Return the page's data as elements, to be read by its scripts; none if no arm was evaluated.
+
+    The second ones, large, are not asked for before an arm is shown.
 
     Args:
         study: as read from its bag.
@@ -40,7 +44,7 @@ def elements(study: StudyRecord, table: StudyTable, held: Sequence[HeldArm], bag
     """
     rows = table.complete
     if not rows:
-        return []
+        return [], []
     place = {row.trial: i for i, row in enumerate(rows)}
     columns, orders, _ = page_arms.columns(study, rows)
     best_first = sorted(range(len(rows)), key=lambda i: (not rows[i].on_front, rank(rows[i])))
@@ -86,10 +90,12 @@ def elements(study: StudyRecord, table: StudyTable, held: Sequence[HeldArm], bag
         "with_voxel_q": n_with,
         "voxel_groups": members,
     }
-    return [
+    small = [
         data("meta", meta),
         data("columns", _blob(pack(columns))),
         data("urdf", {"text": compressed(json.dumps(urdfs).encode())}),
+    ]
+    return small, [
         data("held", _blob(blob)),
         *(data(f"voxels-{i}", _blob(group)) for i, group in enumerate(groups)),
     ]

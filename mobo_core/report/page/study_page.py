@@ -48,7 +48,7 @@ def study_page(
         files: names of the files beside it.
         orders: HTML of the part on how well each order is known.
     """
-    data = elements(study, table, arms, bag)
+    data, large = elements(study, table, arms, bag)
     views = [one for one in figures if one.figure.view is not None] if data else []
     body = [
         *_header(study, table),
@@ -75,7 +75,7 @@ def study_page(
     ]
     own = "\n".join(markup.script(name) for name in _LIBRARY)
     scripts = [own, *(one.figure.view.script for one in views if one.figure.view is not None), markup.script("page")]
-    return markup.html(f"{study.name}: report", [part for part in body if part], scripts)
+    return markup.html(f"{study.name}: report", [part for part in body if part], scripts, large)
 
 
 _PREFIX_NOTE = (

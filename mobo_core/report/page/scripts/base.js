@@ -54,6 +54,11 @@ mobo.arrays = async (blob) => {
 };
 
 mobo.json = (id) => JSON.parse(document.getElementById(id).textContent);
+// What stands behind the scripts, so that the first picture need not wait for it.
+mobo.lateArrays = async (id) => {
+  if (document.readyState === "loading") await new Promise((go) => document.addEventListener("DOMContentLoaded", go, { once: true }));
+  return mobo.arrays(mobo.json(id));
+};
 
 mobo.theme = {
   get dark() {
@@ -82,6 +87,9 @@ mobo.atNextFrame = (draw) => {
   let asked = 0;
   return () => { if (!asked) asked = requestAnimationFrame(() => { asked = 0; draw(); }); };
 };
+
+// What was drawn is on the screen; a page in the background does not wait for it.
+mobo.nextFrame = () => Promise.race([new Promise((go) => requestAnimationFrame(() => setTimeout(go))), new Promise((go) => setTimeout(go, 300))]);
 
 mobo.say = (text) => { document.getElementById("said").textContent = text; };
 

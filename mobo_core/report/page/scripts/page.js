@@ -28,6 +28,7 @@
     section.insertBefore(root, section.querySelector(".below"));
     try { show(root, mobo.json(`data-${name}`), study); }
     catch (error) { console.error(error); root.replaceChildren(el("p.bad", {}, `This view failed: ${error.message}`)); }
+    if (name === "sampling") await mobo.nextFrame();
   }
 
   const place = document.getElementById("arm");

@@ -81,4 +81,5 @@ mobo.scatterOver = (scatter) => {
   }
   if (scatter.hover >= 0) circle(scatter.hover, 7, ink, 2);
   context.restore();
+  scatter.screen.putImageData(context.getImageData(0, 0, scatter.canvas.width, scatter.canvas.height), 0, 0);
 };

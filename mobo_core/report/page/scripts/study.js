@@ -111,7 +111,7 @@ mobo.Study = class extends mobo.Events {
     const place = this.places.get(row);
     if (!place) return null;
     const [g, i] = place;
-    if (!this.groups.has(g)) this.groups.set(g, mobo.arrays(mobo.json(`voxels-${g}`)));
+    if (!this.groups.has(g)) this.groups.set(g, mobo.lateArrays(`voxels-${g}`));
     const found = await this.groups.get(g);
     const V = this.meta.voxels, poses = this.meta.poses;
     const cut = (name) => found[name].subarray(i * V, (i + 1) * V);
@@ -131,7 +131,7 @@ mobo.Study = class extends mobo.Events {
   async held(row) {
     const i = this.evaluated.get(row);
     if (i === undefined) return null;
-    this.heldArrays ??= mobo.arrays(mobo.json("held"));
+    this.heldArrays ??= mobo.lateArrays("held");
     const found = await this.heldArrays, n = this.joints, V = this.meta.voxels;
     const rows = (name, count) => Array.from({ length: count }, (_, k) =>
       Array.from(found[name].subarray((i * count + k) * n, (i * count + k + 1) * n)));
