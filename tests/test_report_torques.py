@@ -6,10 +6,12 @@ import csv
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from studies import mobo, mobo_json, run_study
 
 from mobo_core.bag.collector import read_study
+from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.report.figures.registry import FIGURES
 from mobo_core.report.joint_torques import MOST_ARMS, chosen, held_arms
 from mobo_core.report.row import Row
@@ -42,6 +44,23 @@ def test_chosen_are_the_front_and_the_best_of_each_other_order() -> None:
     many = StudyTable(tuple(row(i, f"{i:06}", 30.0) for i in range(400)), 6, 75)
     assert len(chosen(many, 2250)) == MOST_ARMS
     assert chosen(StudyTable((), 6, 75), 2250) == []
+
+
+def test_voxels_without_a_reached_pose_may_be_left_out() -> None:
+    """Configurations, torques and sums are the same, to the bit, for fewer attempts; of no voxel comes nothing."""
+    study = read_study(SAMPLE)
+    best = study_table(study).useful_front[0]
+    candidate, spec = study.candidate_of(best.trial), study.settings.spec
+    assert candidate is not None
+    whole = evaluate(candidate.urdf, spec, joint_torques=True, configurations=True)
+    part = evaluate(candidate.urdf, spec, joint_torques=True, configurations=True, voxels=whole.voxel_reach > 0)
+    assert (part.reach, part.torque, part.joint_torques) == (whole.reach, whole.torque, whole.joint_torques)
+    assert whole.configurations is not None and part.configurations is not None
+    for name in ("voxel", "pose", "q", "torque"):
+        assert np.array_equal(getattr(part.configurations, name), getattr(whole.configurations, name))
+    assert 0 < part.attempts < whole.attempts
+    none = evaluate(candidate.urdf, spec, joint_torques=True, voxels=np.zeros(spec.n_voxels, bool))
+    assert (none.reach, none.attempts, none.not_converged.sum()) == (0.0, 0, 0)
 
 
 @pytest.mark.slow

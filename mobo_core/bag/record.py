@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from mobo_core.bag.reader import Entry, FileContent
-from mobo_core.bag.validity import is_good
+from mobo_core.bag.validity import evaluation_fault
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -162,8 +162,9 @@ class StudyRecord:
     def _good_answers(self) -> dict[tuple[int, int, str], Evaluation]:
         if not hasattr(self, "_good"):
             self._good: dict[tuple[int, int, str], Evaluation] = {}
+            n_voxels, objectives = self.settings.spec.n_voxels, self.settings.objectives
             for evaluation in self.evaluations:
-                if is_good(evaluation, self.settings):
+                if evaluation.status == Evaluation.OK and not evaluation_fault(evaluation, n_voxels, objectives):
                     key = (evaluation.trial, evaluation.attempt, evaluation.evaluator)
                     self._good.setdefault(key, evaluation)
         return self._good

@@ -24,6 +24,7 @@ from mobo_core.evaluation.targets import given_rotations
 
 # Poses whose configurations are held in memory at a time.
 _CHUNK_POSES = 1 << 16
+_NOT_TRIED = 255  # an outcome that is counted as none
 _PAPER = EvaluationSpec()
 
 
@@ -40,6 +41,7 @@ def evaluate(
     audit_number: int = 0,
     joint_torques: bool = False,
     configurations: bool = False,
+    voxels: NDArray[np.bool_] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Result:
     """Evaluate an arm.
@@ -58,6 +60,7 @@ def evaluate(
         audit_number: chooses them; the trial's number, so that trials differ.
         joint_torques: whether to return what each joint has to hold.
         configurations: whether to return the accepted configurations.
+        voxels: (n_voxels,) which to try, each as it would be among all; nothing of the others is counted. None: all.
         progress: called with (voxels done, voxels in all).
 
     Raises:
@@ -84,7 +87,12 @@ def evaluate(
     for first, last in _chunks(n_voxels, poses):
         began = time.perf_counter()
         out = Outputs.empty(last - first, poses, chain.n)
-        compute(first, last, out)
+        if voxels is None:
+            compute(first, last, out)
+        else:
+            out.outcome.fill(_NOT_TRIED)
+            for low, high in _runs(voxels[first:last]):
+                compute(first + low, first + high, out.part(low, high))
         seconds += time.perf_counter() - began
         effort += out.effort.sum(axis=0)
         for reason in range(4):
@@ -159,6 +167,12 @@ def _chunks(n_voxels: int, poses: int) -> Iterator[tuple[int, int]]:
     step = max(1, _CHUNK_POSES // poses)
     for first in range(0, n_voxels, step):
         yield first, min(first + step, n_voxels)
+
+
+def _runs(wanted: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Yield where the runs of True begin and end."""
+    ends = np.flatnonzero(np.diff(np.concatenate(([False], wanted, [False])).astype(np.int8)))
+    yield from zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True)
 
 
 def _mean_and_deviation(values: list[float]) -> tuple[float, float]:

@@ -6,8 +6,10 @@ Nodes publish and receive these bytes as they are, and bags hold them as they we
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from dataclasses import fields
 from functools import cache
+from operator import attrgetter
 from typing import NamedTuple, TypeVar
 
 from mobo_core.errors import InputError
@@ -54,12 +56,17 @@ def _field_names(cls: type, version: int) -> tuple[str, ...]:
     return tuple(name for name in names if name in known)
 
 
+@cache
+def _getter(cls: type, version: int) -> Callable[[object], tuple[object, ...]]:
+    first, *others = _field_names(cls, version)
+    return attrgetter(first, *others) if others else lambda raw: (getattr(raw, first),)
+
+
 def _typed(cls: type, raw: object, version: int) -> object:
     """Return what rosbags read as an object of ours."""
-    values = {}
-    for name in _field_names(cls, version):
-        value = getattr(raw, name)
-        values[name] = _typed(_PARTS[name], value, version) if name in _PARTS else value
+    values = dict(zip(_field_names(cls, version), _getter(cls, version)(raw), strict=True))
+    for name in _PARTS.keys() & values.keys():
+        values[name] = _typed(_PARTS[name], values[name], version)
     return cls(**values)
 
 

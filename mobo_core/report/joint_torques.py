@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Collection, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from mobo_core.bag.record import StudyRecord
@@ -26,7 +27,8 @@ class HeldArm:
     Attributes:
         row: the trial.
         result: with the torque of each joint, and the configurations.
-        same: whether reach and torque are those recorded, to the bit; not if the answer was invented.
+        same: whether reach and torque are those recorded, to the bit, over the voxels in which any pose was reached;
+            not if the answer was invented.
     """
 
     row: Row
@@ -64,26 +66,34 @@ def held_arms(
         progress: called with (arms done, arms in all).
         pinned: trials to evaluate whatever they are worth.
     """
-    from mobo_core.evaluation.evaluate import evaluate
-
     spec = study.settings.spec
     rows = chosen(table, spec.n_voxels * spec.poses_per_voxel, pinned)
     found = []
-    for done, row in enumerate(rows):
-        progress(done, len(rows))
-        candidate = study.candidate_of(row.trial)
-        if candidate is None:
-            continue
-        threads = min(4, os.cpu_count() or 1)
-        try:
-            result = evaluate(
-                candidate.urdf, spec, tip=candidate.tip, threads=threads, joint_torques=True, configurations=True
-            )
-        except MoboError:
-            continue
-        found.append(HeldArm(row, result, (result.reach, result.torque) == (row.reach, row.torque)))
+    # An arm a thread: parts of one arm would leave the kernel's lanes empty at their ends.
+    with ThreadPoolExecutor(min(4, os.cpu_count() or 1)) as pool:
+        for done, arm in enumerate(pool.map(lambda row: _held(study, row), rows)):
+            progress(done, len(rows))
+            found += [arm] if arm is not None else []
     progress(len(rows), len(rows))
     return found
+
+
+def _held(study: StudyRecord, row: Row) -> HeldArm | None:
+    from mobo_core.evaluation.evaluate import evaluate
+
+    candidate, answer = study.candidate_of(row.trial), study.accepted(row.trial)
+    if candidate is None:
+        return None
+    # Poses that were not reached cost the most, and have nothing to hold.
+    reached = answer.voxel_reach > 0 if answer is not None else None
+    try:
+        result = evaluate(
+            candidate.urdf, study.settings.spec, tip=candidate.tip, joint_torques=True, configurations=True,
+            voxels=reached,
+        )  # fmt: skip
+    except MoboError:
+        return None
+    return HeldArm(row, result, (result.reach, result.torque) == (row.reach, row.torque))
 
 
 def torque_columns(arms: Iterable[HeldArm]) -> Columns:

@@ -115,13 +115,13 @@ def study_table(study: StudyRecord) -> StudyTable:
             values[trial.trial] = found
     complete = list(values)
     on_front = {complete[i] for i in pareto_front(list(values.values()), settings.aims)}
-    rows = [
-        _row(study, trial, values.get(trial.trial, ()), trial.trial in on_front) for trial in trials
-    ]
-    return StudyTable(tuple(rows), settings.space.n_joints, settings.spec.n_voxels, settings.aims)
+    n_voxels = settings.spec.n_voxels
+    floor = REACH_FLOOR_SHARE * n_voxels
+    rows = [_row(study, trial, values.get(trial.trial, ()), trial.trial in on_front, floor) for trial in trials]
+    return StudyTable(tuple(rows), settings.space.n_joints, n_voxels, settings.aims)
 
 
-def _row(study: StudyRecord, told: Trial, values: tuple[float, ...], on_front: bool) -> Row:
+def _row(study: StudyRecord, told: Trial, values: tuple[float, ...], on_front: bool, floor: float) -> Row:
     complete, objectives = bool(values), study.settings.objectives
     number = told.trial
     candidate, evaluation = study.candidate_of(number), study.accepted(number)
@@ -135,7 +135,7 @@ def _row(study: StudyRecord, told: Trial, values: tuple[float, ...], on_front: b
         reach=told.reach if complete else math.nan,
         torque=told.torque if complete else math.nan,
         on_front=on_front,
-        above_floor=complete and bool(told.reach >= REACH_FLOOR_SHARE * study.settings.spec.n_voxels),
+        above_floor=complete and bool(told.reach >= floor),
         known_as=tuple(known_arms(joints)),
         attempt=told.attempt,
         evaluator=told.evaluator,
