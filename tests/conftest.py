@@ -17,7 +17,7 @@ from mobo_core.commands import progress
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples on every run, however slow the machine; `--hypothesis-profile=default` looks for new ones.
-settings.register_profile("mobo", deadline=None, derandomize=True, database=None)
+settings.register_profile("mobo", deadline=None, derandomize=True, database=None, max_examples=50)
 settings.load_profile("mobo")
 
 

@@ -142,7 +142,7 @@ def answers_to(peer: Peer, candidates: list[Any]) -> dict[int, Any]:
         for asked in batch:
             peer.send("candidates", asked)
         missing = [int(asked.trial) for asked in batch]
-        peer.until(lambda missing=missing: take().keys() >= set(missing), f"answers to {missing}", 120)
+        peer.until(lambda missing=missing: take().keys() >= set(missing), f"answers to {missing}")
     return answers
 
 

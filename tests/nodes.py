@@ -21,7 +21,8 @@ from mobo_core.bag.record import StudyRecord
 # A question that takes milliseconds: what the nodes do with it is the same.
 QUICK_SPEC = "poses_per_voxel: 2\nrestarts: 1\niterations: 20\n"
 
-PATIENCE_S = 60.0
+# For what takes seconds: a machine may be busy with other things, and a longer wait costs only where a test fails.
+PATIENCE_S = 300.0
 
 
 @contextmanager
@@ -41,6 +42,11 @@ def own_domain() -> Iterator[dict[str, str]]:
             }
             return
     raise RuntimeError("no free ROS domain")
+
+
+def ends_with_tests() -> dict[str, str]:
+    """Return the environment of a node that ends if this process is killed: the next tests may be in its domain."""
+    return {"MOBO_PARENT": f"{os.getpid()} {signal.SIGKILL}"}
 
 
 class Nodes:
@@ -64,8 +70,9 @@ class Nodes:
         for name, value in parameters.items():
             command += ["-p", f"{name}:={json.dumps(str(value) if isinstance(value, Path) else value)}"]
         log = (self.folder / f"{len(self._processes)}_{executable}.log").open("w+")
+        environment = self.environment | ends_with_tests()
         process = subprocess.Popen(
-            command, env=self.environment, stdout=log, stderr=subprocess.STDOUT, text=True, cwd=self.folder
+            command, env=environment, stdout=log, stderr=subprocess.STDOUT, text=True, cwd=self.folder
         )
         process.log = log  # type: ignore[attr-defined]
         self._processes.append(process)
@@ -132,6 +139,32 @@ def values(bag: Path) -> list[tuple[Any, ...]]:
         assert candidate is not None
         found.append((number, candidate.params_json, int(trial.state), trial.reach.hex(), trial.torque.hex()))
     return found
+
+
+def control(environment: dict[str, str], *words: str) -> str:
+    """Have the optimizer of these nodes do something and return what `control` prints; it must agree.
+
+    On a busy machine `control` may give up before it has found the optimizer: then it is asked again.
+    """
+    command = [sys.executable, "-m", "mobo.control", *words]
+
+    def done() -> subprocess.CompletedProcess[str] | None:
+        asked = subprocess.run(
+            command, env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False
+        )
+        return None if "no optimizer in" in asked.stderr else asked
+
+    asked: subprocess.CompletedProcess[str] = wait_for(done, "an optimizer to control")
+    assert asked.returncode == 0, asked
+    return asked.stdout
+
+
+def alive(pid: int) -> bool:
+    """Return whether a process runs: one that nobody has waited for yet, as an orphan's, does not."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
 
 
 def children_of(pid: int) -> list[int]:

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Callable
 from typing import Any
 
-from nodes import wait_for
+from nodes import PATIENCE_S, wait_for
 
 from mobo_core.errors import InputError
 from mobo_core.messages import KINDS, TOPICS, decode, encode
@@ -48,7 +48,11 @@ class Peer:
     def send(self, topic: str, message: Any) -> None:
         self._publishers[topic].publish(message if isinstance(message, bytes) else encode(message))
 
-    def until(self, what: Callable[[], Any], text: str, timeout_s: float = 60.0) -> Any:
+    def is_heard_on(self, topic: str) -> bool:
+        """Return whether another node than this one listens to what it sends."""
+        return bool(self._publishers[topic].get_subscription_count() > 1)
+
+    def until(self, what: Callable[[], Any], text: str, timeout_s: float = PATIENCE_S) -> Any:
         def step() -> Any:
             self.executor.spin_once(timeout_sec=0.02)
             heard = -1

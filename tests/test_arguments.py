@@ -112,7 +112,7 @@ def test_nodes_refuse_unknown_words(nodes: Nodes, executable: str) -> None:
 def test_ctrl_c_at_the_start_leaves_no_traceback(nodes: Nodes, executable: str) -> None:
     """Whatever it was just loading, started as `ros2 run` starts it; and no bag."""
     words = ["status"] if executable == "control" else []
-    for after_s in (0.15, 0.3, 0.8):
+    for after_s in (0.15, 0.6):
         node = subprocess.Popen(
             [sys.executable, "-m", f"mobo.{executable}", *words], env=nodes.environment, cwd=nodes.folder,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
@@ -121,7 +121,7 @@ def test_ctrl_c_at_the_start_leaves_no_traceback(nodes: Nodes, executable: str) 
         with pytest.raises(subprocess.TimeoutExpired):
             node.wait(after_s)
         node.send_signal(2)
-        said, _ = node.communicate(timeout=60)
+        said, _ = node.communicate(timeout=300)
         assert "Traceback" not in said and "Interrupt" not in said
         assert node.returncode in (-2, 1, 0)
     assert not (nodes.folder / "bags").exists()

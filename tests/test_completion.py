@@ -28,7 +28,7 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 """
     done = subprocess.run(
         ["bash", "--norc", "--noprofile", "-i", "-c", script],
-        env={**os.environ, **environment}, capture_output=True, text=True, timeout=60, start_new_session=True,
+        env={**os.environ, **environment}, capture_output=True, text=True, timeout=300, start_new_session=True,
     )  # fmt: skip
     code, *offered = done.stdout.splitlines()
     return [code, *sorted(word.strip() for word in offered if word.strip())]
@@ -83,10 +83,10 @@ def test_scripts_are_silent_in_shells_that_are_not_interactive() -> None:
     """They change nothing there, and an existing completion of ros2 stays."""
     file = ENVIRONMENT / "completion.bash"
     script = f"set -eu; source {file}; complete -p mobo ros2 || true; declare -F"
-    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0 and done.stdout == ""
     script = f"complete -W own ros2; source {file}; complete -p ros2"
-    done = subprocess.run(["bash", "--norc", "-i", "-c", script], capture_output=True, text=True, timeout=60,
+    done = subprocess.run(["bash", "--norc", "-i", "-c", script], capture_output=True, text=True, timeout=300,
                           start_new_session=True)  # fmt: skip
     assert done.stdout == "complete -W 'own' ros2\n"
 
@@ -96,7 +96,7 @@ def test_zsh_registers_both() -> None:
     """Once zsh's own completion is on."""
     file = ENVIRONMENT / "completion.zsh"
     script = f"autoload -U compinit; compinit -u -D; source {file}; print $_comps[mobo] $_comps[ros2]"
-    done = subprocess.run(["zsh", "-f", "-i", "-c", script], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(["zsh", "-f", "-i", "-c", script], capture_output=True, text=True, timeout=300)
     assert done.stdout.split() == ["_mobo_first_tab", "_mobo_ros2"], done.stderr
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from nodes import Nodes, finish, output, told_so_far, values, wait_for
+from nodes import PATIENCE_S, Nodes, control, finish, output, told_so_far, values, wait_for
 from studies import mobo, run_study
 
 from mobo_core.bag.collector import read_study
@@ -199,11 +199,6 @@ def test_a_command_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         Controls("s", DesignSpace(), lambda c: None).repeat([command], 3)
 
 
-def _control(nodes: Nodes, *words: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "mobo.control", *words]
-    return subprocess.run(command, env=nodes.environment, capture_output=True, text=True, timeout=60, check=False)
-
-
 @pytest.mark.ros
 def test_commands_over_ros(nodes: Nodes, tmp_path: Path) -> None:
     """Pause, enqueue, status, resume and stop a study, killed in between; its bag holds the commands and verifies.
@@ -217,27 +212,26 @@ def test_commands_over_ros(nodes: Nodes, tmp_path: Path) -> None:
     # As many workers as trials in flight: what is asked is sent.
     nodes.start("evaluator", workers=2, engine="simulated", simulated_s=0.02)
     wait_for(lambda: told_so_far(bag) >= 3, "3 trials")
-    done = _control(nodes, "pause")
-    assert done.returncode == 0 and "paused" in done.stdout, done
+    assert "paused" in control(nodes.environment, "pause")
     wait_for(lambda: told_so_far(bag) == len(read_study(bag).candidates), "what was sent to be told")
     told = told_so_far(bag)
-    done = _control(nodes, "enqueue", "--joints", ARM[0], "--lengths", ",".join(map(str, ARM[1])))
-    assert done.returncode == 0 and f"trial {told}" in done.stdout, done
+    said = control(nodes.environment, "enqueue", "--joints", ARM[0], "--lengths", ",".join(map(str, ARM[1])))
+    assert f"trial {told}" in said
     optimizer.kill()
     optimizer.wait()
     optimizer = nodes.optimizer(bag, n_trials=100_000, sampler="random", in_flight=2, resume=True)
     wait_for(lambda: "paused, as it was" in output(optimizer), "the optimizer to say that it is paused")
-    status = json.loads(_control(nodes, "status").stdout)
+    status = json.loads(control(nodes.environment, "status"))
     assert [status[key] for key in ("study", "state", "told", "asked", "enqueued")] == ["s", "paused", told, told, 1]
-    assert _control(nodes, "resume").returncode == 0
+    control(nodes.environment, "resume")
     wait_for(lambda: told_so_far(bag) > told, "more trials")
-    assert _control(nodes, "stop").returncode == 0
+    control(nodes.environment, "stop")
     assert finish(optimizer) == 1, output(optimizer)
     study = read_study(bag)
     assert [command.command for command in study.commands] == ["pause", "enqueue", "resume", "stop"]
     assert study.candidate_of(told).sampled_joints == ARM[0]
     assert mobo("verify", "--sample", 0, bag) == 0
-    said = lonely.communicate(timeout=60)[1]
+    said = lonely.communicate(timeout=PATIENCE_S)[1]
     assert lonely.returncode == 1 and said.count("\n") == 1 and "/nobody" in said, said
 
 
@@ -250,7 +244,7 @@ def test_commands_over_ros(nodes: Nodes, tmp_path: Path) -> None:
 )  # fmt: skip
 def test_words_that_mean_no_command(words: list[str]) -> None:
     """Refused in one line, before anything is started."""
-    control = pytest.importorskip("mobo.control")
+    module = pytest.importorskip("mobo.control")
     with pytest.raises(InputError) as error:
-        control.request(words)
+        module.request(words)
     assert "\n" not in str(error.value) and error.value.exit_code == 2

@@ -68,7 +68,7 @@ def test_check_urdf_passes_it(joints: str, tmp_path: Path) -> None:
         pytest.skip("no check_urdf")
     path = tmp_path / "arm.urdf"
     path.write_text(arm(joints))
-    checked = subprocess.run([tool, str(path)], capture_output=True, text=True, timeout=60)
+    checked = subprocess.run([tool, str(path)], capture_output=True, text=True, timeout=300)
     assert checked.returncode == 0, checked.stderr
     assert "root Link: base_link has 1 child(ren)" in checked.stdout
     assert checked.stdout.count("child(1):") == len(joints) + 1

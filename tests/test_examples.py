@@ -33,7 +33,7 @@ def test_a_script(name: str, tmp_path: Path) -> None:
     """It ends well, and what it prints has what the page promises."""
     where = [str(tmp_path)] if name in ("run_a_study", "three_objectives") else []
     command = [sys.executable, str(EXAMPLES / f"{name}.py"), *where]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=110, check=False, cwd=EXAMPLES.parent)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False, cwd=EXAMPLES.parent)
     assert done.returncode == 0, done.stderr
     assert SAID[name] in done.stdout
 

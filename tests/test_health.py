@@ -90,14 +90,14 @@ def test_diagnostics_topic(nodes: Nodes, tmp_path: Path) -> None:
     try:
         wait_for(lambda: told_so_far(bag) > 3, "trials")
 
-        def heard(*words: str) -> bool:
+        def heard(*words: str, after: int = 0) -> int:
             lines = (tmp_path / "said").read_text().splitlines()
-            return any(all(word in line for word in words) for line in lines)
+            return next((i + 1 for i, line in enumerate(lines[after:], after) if all(w in line for w in words)), 0)
 
         wait_for(lambda: heard("0 e: workers", "'workers_ready': '1'"), "the evaluator's health")
-        wait_for(lambda: heard("0 optimizer: study", "'evaluators': '1'"), "the optimizer's health")
+        well = wait_for(lambda: heard("0 optimizer: study", "'evaluators': '1'"), "the optimizer's health")
         evaluator.send_signal(signal.SIGINT)
-        wait_for(lambda: heard("1 optimizer: study", "'evaluators': '0'"), "the optimizer's warning")
+        wait_for(lambda: heard("1 optimizer: study", "'evaluators': '0'", after=well), "the optimizer's warning")
     finally:
         listener.kill()
         listener.wait()

@@ -5,7 +5,11 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import os
+import subprocess
+import sys
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import coal
@@ -529,11 +533,39 @@ def test_tolerances_and_iterations_count(values: dict[str, Any]) -> None:
     assert result.iterations <= result.attempts * spec.iterations
 
 
-@pytest.mark.parametrize("joints", ["R", "P", "Y"])
-def test_arms_of_one_joint(joints: str) -> None:
-    """An arm with fewer joints than a pose has freedoms, a single one, is evaluated by both engines alike."""
-    spec = small_spec(poses_per_voxel=5, rotation_tolerance=1.5, position_tolerance=0.25)
-    fast, reference = (evaluate(arm(joints, (0.6,)), spec, engine=engine) for engine in ("kernel", "reference"))
+_INTERPRETED = """
+import warnings
+
+import mobo_core.jit.cache as cache
+
+cache.interpreted = lambda function: function
+warnings.simplefilter("ignore", RuntimeWarning)  # integers that wrap
+import test_kernel
+
+for joints in test_kernel.FEW_JOINTS:
+    test_kernel.check_few_joints(joints)
+    print(joints, flush=True)
+"""
+FEW_JOINTS = ("R", "P", "Y")
+
+
+def test_arms_of_few_joints() -> None:
+    """Arms with fewer joints than a pose has freedoms, a single one say, are evaluated by both engines alike.
+
+    Numba is switched off here: for these few poses, to compile a kernel for each number of joints takes longer.
+    """
+    path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
+    environment = {**os.environ, "PYTHONPATH": path, "NUMBA_DISABLE_JIT": "1"}
+    run = subprocess.run([sys.executable, "-c", _INTERPRETED], env=environment, capture_output=True, text=True)
+    assert run.stdout.split() == list(FEW_JOINTS), run.stderr
+
+
+def check_few_joints(joints: str) -> None:
+    """Check that kernel and reference engine agree on an arm."""
+    few = {"poses_per_voxel": 2, "restarts": 1} if len(joints) > 1 else {"poses_per_voxel": 5}
+    spec = small_spec(rotation_tolerance=1.5, position_tolerance=0.25, **few)
+    lengths = (0.6 / len(joints),) * len(joints)
+    fast, reference = (evaluate(arm(joints, lengths), spec, engine=engine) for engine in ("kernel", "reference"))
     assert fast.reach == reference.reach
     assert fast.reach > 0
     assert fast.torque == pytest.approx(reference.torque, abs=1e-9)

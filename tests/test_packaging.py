@@ -30,7 +30,7 @@ def run(*command: str | Path, cwd: Path = ROOT, **environment: str) -> subproces
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=300,
     )
 
 

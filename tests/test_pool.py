@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from arms import HANDED_ARM, arm, small_spec
+from nodes import alive
 
 from mobo_core.bag.validity import evaluation_fault
 from mobo_core.coordination.answer import Answering
@@ -48,14 +49,6 @@ def wait_until(holds: Callable[[], bool], pool: WorkerPool | None = None) -> Non
         time.sleep(0.02)
         if pool is not None:
             assert pool.collect() == []
-
-
-def alive(pid: int) -> bool:
-    """Return whether a process runs; one that has ended but is still listed does not."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
-    except FileNotFoundError:
-        return False
 
 
 @contextlib.contextmanager

@@ -94,7 +94,7 @@ def opened(browser: Any, page_file: Path, **options: Any) -> tuple[Any, Errors]:
     own = ("file:", "data:", "blob:")
     page.on("request", lambda request: None if request.url.startswith(own) else errors.append(request.url))
     page.goto(page_file.as_uri())
-    page.wait_for_function("document.documentElement.dataset.ready", timeout=15_000)
+    page.wait_for_function("document.documentElement.dataset.ready", timeout=120_000)
     return page, errors
 
 

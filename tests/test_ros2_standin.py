@@ -62,7 +62,7 @@ class Machine:
     def ros2(self, *args: str) -> tuple[int, str, str]:
         """Return exit code, stdout and stderr of ``ros2 ARGS``."""
         process = self.start(*args)
-        out, err = process.communicate(timeout=30)
+        out, err = process.communicate(timeout=300)
         return process.returncode, out, err
 
 
@@ -84,7 +84,7 @@ def test_run_becomes_the_executable_so_signals_reach_it(machine: Machine, number
     assert process.stdout is not None
     assert int(process.stdout.readline()) == process.pid
     process.send_signal(number)
-    process.communicate(timeout=30)
+    process.communicate(timeout=300)
     assert process.returncode == -number
 
 

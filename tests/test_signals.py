@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from nodes import Nodes, children_of, finish, output, told_so_far, wait_for
+from nodes import PATIENCE_S, Nodes, alive, children_of, finish, output, told_so_far, wait_for
 
 IGNORING_SIGINT = ("env", "--ignore-signal=INT")
 
@@ -39,21 +39,23 @@ def test_nodes_started_with_sigint_ignored_end_on_sigterm(nodes: Nodes, tmp_path
     family = children_of(study.pid)
     assert len(family) == 3  # optimizer, evaluator, worker
     study.send_signal(signal.SIGTERM)
-    assert finish(study, 20) == 1, output(study)
-    assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
+    assert finish(study) == 1, output(study)
+    assert not [pid for pid in family if alive(pid)]
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize("seconds", [0.1, 0.2, 0.4])
+@pytest.mark.parametrize("seconds", [0.0, 0.3])
 def test_ctrl_c_while_ros2_run_starts_a_node_says_nothing(nodes: Nodes, tmp_path: Path, seconds: float) -> None:
-    """Whatever Python is loading just then: it ends, without a traceback and without a bag."""
+    """Whatever the node is loading just then: it ends, without a traceback and without a bag."""
     command = [sys.executable, "-m", "mobo_ros2_standin", "run", "mobo", "optimizer", "--ros-args"]
     process = subprocess.Popen(
         [*command, "-p", f"bag:={tmp_path / 'bag'}"], env=nodes.environment, text=True, start_new_session=True,
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     )  # fmt: skip
+    # Before, it is Python itself that starts: what it prints then is its own matter.
+    wait_for(lambda: b"mobo_ros2_standin" not in Path(f"/proc/{process.pid}/cmdline").read_bytes(), "the node's start")
     time.sleep(seconds)
     process.send_signal(signal.SIGINT)
-    output, _ = process.communicate(timeout=60)
-    assert process.returncode != 0 and "Traceback" not in output, output
+    said, _ = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode != 0 and "Traceback" not in said, said
     assert not (tmp_path / "bag").exists()

@@ -3,49 +3,70 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import shlex
 import signal
 import subprocess
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
-from nodes import Nodes, children_of, finish, output, told_so_far, values, wait_for
+import yaml
+from nodes import PATIENCE_S, QUICK_SPEC, Nodes, alive, children_of, finish, output, told_so_far, values, wait_for
 from rosbags.highlevel import AnyReader
+from studies import run_study
 
 from mobo_core.bag.collector import read_study
+from mobo_core.coordination.arguments import parameter_word
 
-pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
+pytestmark = pytest.mark.ros
 
 N = 40
 
 
-@pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[object, ...]]:
-    """The trials of the study that all others here must equal."""
-    from nodes import own_domain
-
-    folder = tmp_path_factory.mktemp("undisturbed")
-    with own_domain() as environment:
-        nodes = Nodes(environment, folder)
-        study = nodes.study(folder / "bag", n_trials=N, n_startup_trials=15, evaluators=1)
-        assert finish(study) == 0, output(study)
-        return values(folder / "bag")
+def word_of(name: str, value: Any) -> str:
+    return parameter_word(name, str(value) if isinstance(value, Path) else value)
 
 
-@pytest.mark.parametrize(("evaluators", "workers"), [(1, 2), (3, 1)])
-def test_trials_do_not_depend_on_evaluators(
-    nodes: Nodes, tmp_path: Path, undisturbed: list[object], evaluators: int, workers: int
-) -> None:
-    bag = tmp_path / "bag"
-    study = nodes.study(bag, n_trials=N, n_startup_trials=15, evaluators=evaluators, workers=workers)
+def refused(nodes: Nodes, executable: str, cases: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Start a node in one process again and again, with these parameters; return the only line that each start said."""
+    program = (
+        "import json, sys\n"
+        f"from mobo.{executable} import main\n"
+        "for words in json.loads(sys.argv[1]):\n"
+        "    sys.argv[1:] = words\n"
+        "    print('ends with', main(), flush=True)\n"
+    )
+    words = [
+        ["--ros-args", *(w for name, value in case.items() for w in ("-p", word_of(name, value)))]
+        for case in cases
+    ]
+    command = [sys.executable, "-c", program, json.dumps(words)]
+    done = subprocess.run(
+        command, env=nodes.environment, cwd=nodes.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        timeout=PATIENCE_S, check=False,
+    )  # fmt: skip
+    lines = [line for line in done.stdout.splitlines() if line]
+    assert lines[1::2] == ["ends with 2"] * len(cases), done.stdout
+    return lines[::2]
+
+
+def test_trials_depend_neither_on_evaluators_nor_on_stops(nodes: Nodes, tmp_path: Path) -> None:
+    """Three evaluators, then one of two workers for more trials: those of one go; rosbags reads each of them once."""
+    settings = {"spec": yaml.safe_load(QUICK_SPEC), "n_startup_trials": 15, "sampler": "structured"}  # as nodes have it
+    undisturbed = values(run_study(tmp_path / "undisturbed", N, name="s", engine="kernel", settings=settings))
+    bag, others = tmp_path / "bag", {"n_startup_trials": 15}
+    study = nodes.study(bag, n_trials=N - 12, evaluators=3, **others)
+    assert finish(study) == 0, output(study)
+    study = nodes.study(bag, n_trials=N, evaluators=1, workers=2, resume=True, **others)
     assert finish(study) == 0, output(study)
     assert values(bag) == undisturbed
-
-
-def test_bag_reads_with_rosbags_and_holds_each_trial_once(nodes: Nodes, tmp_path: Path) -> None:
-    bag = tmp_path / "bag"
-    assert finish(nodes.study(bag, n_trials=12, sampler="random")) == 0
+    again = nodes.optimizer(bag, n_trials=N, resume=True, **others)  # nobody is needed
+    assert finish(again) == 0, output(again)
+    assert values(bag) == undisturbed
     with AnyReader([bag]) as reader:
         told = [
             reader.deserialize(data, connection.msgtype).trial
@@ -53,32 +74,9 @@ def test_bag_reads_with_rosbags_and_holds_each_trial_once(nodes: Nodes, tmp_path
             if connection.topic == "/trials"
         ]
         topics = {name: info.msgcount for name, info in reader.topics.items()}
-    assert told == list(range(12))
-    assert topics["/candidates"] >= 12
-    assert topics["/evaluations"] >= 12
-
-
-def test_evaluator_killed_midway_changes_nothing(nodes: Nodes, tmp_path: Path, undisturbed: list[object]) -> None:
-    bag = tmp_path / "bag"
-    optimizer = nodes.optimizer(bag, n_trials=N, n_startup_trials=15)
-    evaluators = [nodes.start("evaluator", workers=1) for _ in range(2)]
-    wait_for(lambda: told_so_far(bag) >= 8, "8 trials")
-    # Stopped first, so that it surely holds a candidate when it dies.
-    evaluators[0].send_signal(signal.SIGSTOP)
-    wait_for(lambda: told_so_far(bag) >= 9 or optimizer.poll() is not None, "another trial")
-    evaluators[0].kill()
-    assert finish(optimizer) == 0, output(optimizer)
-    assert values(bag) == undisturbed
-
-
-def test_more_trials_later_are_the_trials_of_one_go(nodes: Nodes, tmp_path: Path, undisturbed: list[object]) -> None:
-    bag = tmp_path / "bag"
-    assert finish(nodes.study(bag, n_trials=N - 12, n_startup_trials=15)) == 0
-    assert finish(nodes.study(bag, n_trials=N, n_startup_trials=15, resume=True)) == 0
-    assert values(bag) == undisturbed
-    again = nodes.optimizer(bag, n_trials=N, n_startup_trials=15, resume=True)  # nobody is needed
-    assert finish(again) == 0, output(again)
-    assert values(bag) == undisturbed
+    assert told == list(range(N))
+    assert topics["/candidates"] >= N
+    assert topics["/evaluations"] >= N
 
 
 def _digest(folder: Path) -> str:
@@ -88,43 +86,73 @@ def _digest(folder: Path) -> str:
 
 
 def test_existing_bag_is_refused_and_not_touched(nodes: Nodes, tmp_path: Path) -> None:
-    bag = tmp_path / "bag"
-    assert finish(nodes.study(bag, n_trials=4, sampler="random")) == 0
+    bag = run_study(tmp_path / "bag", 4, name="s", settings={"spec": yaml.safe_load(QUICK_SPEC), "sampler": "random"})
     before = _digest(bag)
-    for parameters, says in (
-        ({}, "exists already"),
-        ({"resume": True, "seed": 1}, "seed"),
-        ({"resume": True, "study_name": "other"}, "holds study 's'"),
-    ):
-        optimizer = nodes.optimizer(bag, **{"n_trials": 8, "sampler": "random", **parameters})
-        assert finish(optimizer) == 2
-        lines = [line for line in output(optimizer).splitlines() if line]
-        assert len(lines) == 1 and says in lines[0], lines
-        assert _digest(bag) == before
+    given = {"bag": bag, "study_name": "s", "n_trials": 8, "sampler": "random", "spec": nodes.spec}
+    cases: dict[str, dict[str, Any]] = {
+        "exists already": {},
+        "seed": {"resume": True, "seed": 1},
+        "holds study 's'": {"resume": True, "study_name": "other"},
+    }
+    lines = refused(nodes, "optimizer", [given | case for case in cases.values()])
+    for line, says in zip(lines, cases, strict=True):
+        assert says in line
+    assert _digest(bag) == before
 
 
-def test_bag_that_cannot_be_is_refused(nodes: Nodes, tmp_path: Path) -> None:
+def test_bad_parameters_are_refused_in_one_line(nodes: Nodes, tmp_path: Path) -> None:
+    """What is wrong is named, also of a bag that cannot be; nothing is made."""
     (tmp_path / "file").write_text("text")
-    for bag, says in (
-        (tmp_path / "file", "Not a directory"),
-        (Path("/proc/none/bag"), "No such file"),
-        (tmp_path, "not a bag"),
-    ):
-        optimizer = nodes.optimizer(bag, n_trials=4, resume=True)
-        assert finish(optimizer) == 2
-        lines = [line for line in output(optimizer).splitlines() if line]
-        assert len(lines) == 1 and says in lines[0] and str(bag) in lines[0], lines
+    cases: dict[str, dict[str, Any]] = {
+        "a whole number": {"n_trials": "many"},
+        "from 1": {"n_trials": 0},
+        "unknown parameter": {"n_trails": 5},
+        "'tpe'": {"sampler": "best"},
+        "paper_fine": {"spec": "papers"},
+        "nowhere.yaml": {"space": "nowhere.yaml"},
+        "sequential": {"lengths": "long"},
+        "from 0 to 2^63 - 1": {"seed": -1},
+        "no such bag": {"must_resume": True},
+        f"{tmp_path / 'file'}: Not a directory": {"bag": tmp_path / "file", "resume": True},
+        "/proc/none/bag: No such file": {"bag": "/proc/none/bag", "resume": True},
+        f"{tmp_path}: not a bag": {"bag": tmp_path, "resume": True},
+    }
+    lines = refused(nodes, "optimizer", [{"bag": tmp_path / "bag", **case} for case in cases.values()])
+    for line, says in zip(lines, cases, strict=True):
+        assert line.startswith("mobo optimizer: ") and says in line, (says, line)
+    assert not (tmp_path / "bag").exists()
 
 
-def test_ctrl_c_leaves_a_usable_bag_and_no_process(nodes: Nodes, tmp_path: Path) -> None:
-    bag = tmp_path / "bag"
-    study = nodes.study(bag, n_trials=100_000, sampler="random", evaluators=2)
+def test_a_study_checks_everything_before_it_starts_anything(nodes: Nodes, tmp_path: Path) -> None:
+    """One line, from the study node itself."""
+    cases: dict[str, dict[str, Any]] = {
+        "from 1": {"evaluators": -1},
+        "'kernel', 'reference' or 'simulated'": {"engine": "gpu"},
+        "'tpe'": {"sampler": "best"},
+        "paper_fine": {"spec": "papers"},
+        "2 x 1000 = 2000": {"workers": 1000},
+    }
+    lines = refused(nodes, "study", [{"bag": tmp_path / "bag", **case} for case in cases.values()])
+    for line, says in zip(lines, cases, strict=True):
+        assert line.startswith("mobo study: ") and says in line, (says, line)
+    assert not (tmp_path / "bag").exists()
+
+
+def test_a_dead_evaluator_is_replaced_and_ctrl_c_leaves_a_usable_bag_and_no_process(
+    nodes: Nodes, tmp_path: Path
+) -> None:
+    bag, simulated = tmp_path / "bag", {"engine": "simulated", "simulated_s": 0.1}
+    study = nodes.study(bag, n_trials=100_000, sampler="random", evaluators=2, **simulated)
     wait_for(lambda: told_so_far(bag) >= 5, "5 trials")
+    names = {pid: Path(f"/proc/{pid}/cmdline").read_bytes() for pid in children_of(study.pid)}
+    dead, _ = [pid for pid, name in names.items() if b"mobo.evaluator" in name]
+    os.kill(dead, signal.SIGKILL)
+    wait_for(lambda: len({e.evaluator for e in read_study(bag).evaluations}) == 3, "answers of another")
     family = children_of(study.pid)
-    assert len(family) == 5  # optimizer, two evaluators, a worker each
+    assert len(family) == 5 and dead not in family  # optimizer, two evaluators, a worker each
     study.send_signal(signal.SIGINT)
-    assert finish(study, 20) == 1
-    assert not [pid for pid in family if Path(f"/proc/{pid}").exists()]
+    assert finish(study) == 1
+    assert not [pid for pid in family if alive(pid)]
     with AnyReader([bag]) as reader:
         assert reader.topics["/trials"].msgcount >= 5
     assert not read_study(bag).faults
@@ -160,19 +188,8 @@ def test_killed_study_leaves_no_process(nodes: Nodes, tmp_path: Path) -> None:
     family = children_of(study.pid)
     assert len(family) == 5
     study.kill()
-    wait_for(lambda: not [pid for pid in family if Path(f"/proc/{pid}").exists()], "all children to end", 20)
+    wait_for(lambda: not [pid for pid in family if alive(pid)], "all children to end")
     assert not read_study(bag).faults  # the optimizer had the time to finish its bag
-
-
-def test_study_restarts_a_dead_evaluator(nodes: Nodes, tmp_path: Path) -> None:
-    bag = tmp_path / "bag"
-    study = nodes.study(bag, n_trials=30, sampler="random", evaluators=1, engine="simulated", simulated_s=0.1)
-    wait_for(lambda: told_so_far(bag) >= 3, "3 trials")
-    names = {pid: Path(f"/proc/{pid}/cmdline").read_bytes() for pid in children_of(study.pid)}
-    (evaluator,) = [pid for pid, name in names.items() if b"mobo.evaluator" in name]
-    os.kill(evaluator, signal.SIGKILL)
-    assert finish(study) == 0, output(study)
-    assert len({e.evaluator for e in read_study(bag).evaluations}) == 2
 
 
 def test_ros2_run_and_help(nodes: Nodes) -> None:
@@ -181,49 +198,3 @@ def test_ros2_run_and_help(nodes: Nodes) -> None:
         done = subprocess.run(command, env=nodes.environment, capture_output=True, text=True, check=False)
         assert done.returncode == 0
         assert f"ros2 run mobo {executable}" in done.stdout
-
-
-@pytest.mark.parametrize(
-    ("parameter", "value", "says"),
-    [
-        ("n_trials", "many", "a whole number"),
-        ("n_trials", 0, "from 1"),
-        ("n_trails", 5, "unknown parameter"),
-        ("sampler", "best", "'tpe'"),
-        ("spec", "papers", "paper_fine"),
-        ("space", "nowhere.yaml", "nowhere.yaml"),
-        ("lengths", "long", "sequential"),
-        ("evaluators", -1, "from 1"),
-        ("seed", -1, "from 0 to 2^63 - 1"),
-        ("must_resume", True, "no such bag"),
-    ],
-)
-def test_bad_parameters_are_refused_in_one_line(
-    nodes: Nodes, tmp_path: Path, parameter: str, value: object, says: str
-) -> None:
-    executable = "study" if parameter == "evaluators" else "optimizer"
-    node = nodes.start(executable, **{"bag": tmp_path / "bag", parameter: value})
-    assert finish(node) == 2
-    lines = [line for line in output(node).splitlines() if line]
-    assert len(lines) == 1 and says in lines[0], lines
-    assert not (tmp_path / "bag").exists()
-
-
-@pytest.mark.parametrize(
-    ("parameters", "says"),
-    [
-        ({"engine": "gpu"}, "'kernel', 'reference' or 'simulated'"),
-        ({"sampler": "best"}, "'tpe'"),
-        ({"spec": "papers"}, "paper_fine"),
-        ({"workers": 1000}, "2 x 1000 = 2000"),
-    ],
-)
-def test_a_study_checks_everything_before_it_starts_anything(
-    nodes: Nodes, tmp_path: Path, parameters: dict[str, object], says: str
-) -> None:
-    """One line, from the study node itself."""
-    study = nodes.start("study", **{"bag": tmp_path / "bag", **parameters})
-    assert finish(study) == 2
-    (line,) = [line for line in output(study).splitlines() if line]
-    assert line.startswith("mobo study: ") and says in line
-    assert not (tmp_path / "bag").exists()

@@ -132,7 +132,8 @@ def test_free_orientations_are_the_references(orientation: str) -> None:
     assert fast.audit_fault == ""
 
 
-FIVE = arm("YPPYP", (0.05, 0.25, 0.2, 0.0, 0.1), n_joints=5)
+# Five joints place the tool's axis; the sixth turns about it.
+SIX = arm("YPPYPY", (0.05, 0.25, 0.2, 0.0, 0.1, 0.0))
 
 
 @pytest.mark.parametrize("ik", ["paper", "mobo"])
@@ -146,29 +147,29 @@ def test_what_is_free_changes_no_bit(ik: str) -> None:
     other = np.array([rpy_matrix(rng.uniform(-3, 3, 3)) for _ in positions])
     for orientation, also in (("free_roll", rolled), ("none", other)):
         asked = spec.model_copy(update={"orientation": orientation})
-        outcome, q, torque = solve_poses(FIVE, asked, positions, turned)
-        again = solve_poses(FIVE, asked, positions, also)
+        outcome, q, torque = solve_poses(SIX, asked, positions, turned)
+        again = solve_poses(SIX, asked, positions, also)
         assert (outcome == 0).sum() > 10
         for one, two in zip((outcome, q, torque), again, strict=True):
             assert one.tobytes() == two.tobytes()
         for i in np.flatnonzero(outcome == 0):
-            tool = ReferenceModel(asked_chain(FIVE, "", asked)).tip(q[i])
+            tool = ReferenceModel(asked_chain(SIX, "", asked)).tip(q[i])
             assert np.linalg.norm(tool.translation - positions[i]) <= 1e-3 + 1e-12
             if orientation == "free_roll":
                 assert math.acos(min(1.0, tool.rotation[:, 2] @ turned[i, :, 2])) <= math.radians(1) + 1e-9
 
 
-def test_five_joints_reach_what_they_can() -> None:
-    """Of poses taken from configurations of five joints, nearly all are reached where the roll is free."""
+def test_poses_whose_roll_is_free_are_reached() -> None:
+    """Of poses taken from configurations, and then rolled at will, nearly all are reached."""
     spec = load_spec("mobo").model_copy(update={"orientation": "free_roll"})
-    chain = asked_chain(FIVE, "", spec)
+    chain = asked_chain(SIX, "", spec)
     model, rng, poses = ReferenceModel(chain), np.random.default_rng(4), []
     while len(poses) < 200:
         q = rng.uniform(chain.lower, chain.upper)
         if model.clearance(q) > 0:
             poses.append(model.tip(q).copy())
     rolled = [pose.rotation @ rpy_matrix((0, 0, rng.uniform(-3, 3))) for pose in poses]
-    outcome, _, _ = solve_poses(FIVE, spec, np.array([p.translation for p in poses]), np.array(rolled))
+    outcome, _, _ = solve_poses(SIX, spec, np.array([p.translation for p in poses]), np.array(rolled))
     assert (outcome == 0).sum() >= 198
 
 

@@ -340,7 +340,6 @@ def fingerprint() -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(300)
 def test_bits_of_the_plainest_processor(tmp_path: Path) -> None:
     """What is drawn with functions compiled for the plainest of processors is, to the bit, what is drawn here."""
     plainest = {"NUMBA_CPU_NAME": "x86-64-v2", "NPY_DISABLE_CPU_FEATURES": "AVX512F", "MOBO_CACHE": str(tmp_path)}

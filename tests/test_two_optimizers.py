@@ -158,12 +158,11 @@ def test_a_claimant_knows_those_it_has_heard_of() -> None:
 
 
 @pytest.mark.ros
-@pytest.mark.timeout(360)
 def test_two_optimizers_on_a_busy_machine(nodes: Nodes, tmp_path: Path) -> None:
-    """Started 2 s apart in each of three namespaces, while others take all cores: one of each pair goes on."""
+    """Started 2 s apart in each of two namespaces, while others take all cores: one of each pair goes on."""
     busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(os.cpu_count() or 1)]
     try:
-        spaces = range(3)
+        spaces = range(2)
 
         def start(which: str) -> list[subprocess.Popen[str]]:
             return [
@@ -178,8 +177,8 @@ def test_two_optimizers_on_a_busy_machine(nodes: Nodes, tmp_path: Path) -> None:
             first[0].wait(2.0)
         pairs = list(zip(first, start("b"), strict=True))
         for pair in pairs:
-            wait_for(lambda pair=pair: any(node.poll() is not None for node in pair), "one of a pair to end", 150)
-        wait_for(lambda: len(list(tmp_path.glob("*/*.mcap"))) == 3, "three bags", 150)
+            wait_for(lambda pair=pair: any(node.poll() is not None for node in pair), "one of a pair to end")
+        wait_for(lambda: len(list(tmp_path.glob("*/*.mcap"))) == 2, "two bags")
         for pair in pairs:
             (holder,) = [node for node in pair if node.poll() is None]
             (other,) = [node for node in pair if node.poll() is not None]

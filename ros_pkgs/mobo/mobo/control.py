@@ -42,7 +42,7 @@ examples:
   ros2 run mobo control status --ros-args -r __ns:=/left"""
 
 _COMMANDS = ("pause", "resume", "stop", "status", "enqueue")
-_DISCOVERY_S = 5.0
+_DISCOVERY_S = 10.0
 _ANSWER_S = 10.0
 
 

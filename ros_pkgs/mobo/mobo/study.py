@@ -35,7 +35,7 @@ HELP = help_text(
 )
 
 _PATIENCE_S = 10.0
-_LAST_WORD_S = 0.5  # an optimizer that ends waits until its last word has come in here
+_LAST_WORD_S = 3.0  # an optimizer that ends waits until its last word has come in here
 
 
 def _arguments(node: Node, options: StudyOptions, of: type[Settings], *more: str) -> list[str]:
