@@ -95,10 +95,10 @@ def read_arm(
     moving = [joint for joint in way if joint.moves and joint.name not in at]
     _check_way(robot, found, moving)
     for joint in moving:
-        if joint.kind == "prismatic":
-            radius = slide_radius if joint.slide is None else joint.slide
-            robot.joints[joint.child] = replace(joint, slide=radius)
-            robot.notes.append(f"joint {joint.name!r} slides: its force counts as torque at a pinion of {radius:g} m")
+        if joint.kind == "prismatic" and joint.slide is None:
+            robot.joints[joint.child] = replace(joint, slide=slide_radius)
+            what = f"its force counts as torque at a pinion of {slide_radius:g} m"
+            robot.notes.append(f"joint {joint.name!r} slides: {what}")
     way = robot.path(found)
     homes = _homes(robot, [robot.root, *(joint.child for joint in way)], at)
     fitted = fit_links(robot, [link for link in robot.links if link in homes] if shapes else [], packages, progress)

@@ -42,6 +42,9 @@ def print_result(result: Result) -> None:
         _print_failed(result)
     print(f"effort  {result.attempts} attempts, {result.iterations} iterations, {result.seconds:.2f} s")
     print(f"chain   {', '.join(result.joints)} to {result.tip}")
+    if result.slides:
+        radii = ", ".join(f"{name} {radius:g} m" for name, radius in result.slides.items())
+        print(f"slides  {radii}: radius of the pinion at which their force counts as torque")
     if result.ignored_shapes:
         print(f"note    {result.ignored_shapes} collision shapes left out: only cylinders and spheres count")
     if result.joint_torques and result.reach:

@@ -128,6 +128,7 @@ def evaluate(
         iterations=int(effort[1]),
         seconds=seconds,
         joints=chain.joint_names,
+        slides={name: radius for name, radius in zip(chain.joint_names, chain.slide.tolist(), strict=True) if radius},
         tip=chain.tip,
         audit_poses=checked,
         audit_max_error=worst,

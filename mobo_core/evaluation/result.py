@@ -68,6 +68,7 @@ class Result:
         attempts, iterations: IK effort in all.
         seconds: wall time of the evaluation alone.
         joints, tip: names of the joints on the path, and of the tip link.
+        slides: of those that slide, name -> m, radius of the pinion at which their force counts as torque.
         audit_poses, audit_max_error: accepted poses checked again with Pinocchio and Coal, and the largest
             error found among them (m, rad or N m).
         audit_fault: what failed, if a check did.
@@ -98,6 +99,7 @@ class Result:
     extra: dict[str, float] = field(default_factory=dict)
     joint_torques: tuple[JointTorque, ...] | None = None
     configurations: Configurations | None = None
+    slides: dict[str, float] = field(default_factory=dict)
 
     @property
     def mean_torque(self) -> float:
@@ -128,6 +130,8 @@ class Result:
             "tip": self.tip,
             "joints": list(self.joints),
         }
+        if self.slides:
+            values["slides"] = self.slides
         if self.joint_torques is not None:
             values["joint_torque"] = [joint.to_dict() for joint in self.joint_torques]
         if self.spec.target_poses:

@@ -133,7 +133,11 @@ mobo.Viewer = class {
     this.state.classList.toggle("bad", hit.size > 0);
     if (this.holds) {
       const torques = robot.torques(placed, meta.gravity, meta.payload_kg);
-      torques.forEach((t, i) => { this.holds[i].textContent = `${mobo.fixed(Math.abs(t), 2)} N m`; });
+      torques.forEach((t, i) => {
+        const { slides, radius } = robot.moving[i];
+        this.holds[i].textContent = `${mobo.fixed(Math.abs(t), 2)} N m`;
+        if (slides) this.holds[i].title = `${mobo.fixed(Math.abs(t) / radius, 1)} N, at a pinion of ${radius} m`;
+      });
     }
   }
 
