@@ -65,10 +65,7 @@ class Comparison:
             values.pop("seed", None)
             key = repr(sorted((name, repr(value)) for name, value in values.items())) + f"|{len(one.table.rows)}"
             by_rest.setdefault(key, []).append(one)
-        return [
-            Group(of[0].label if len(of) == 1 else f"{of[0].label} and {len(of) - 1} more seeds", tuple(of))
-            for of in by_rest.values()
-        ]
+        return [Group(_name(of), tuple(of)) for of in by_rest.values()]
 
     @property
     def warnings(self) -> list[str]:
@@ -127,6 +124,11 @@ class Comparison:
                 {"prefix": prefix, "studies": [_best(one, prefix) for one in self.studies]} for prefix in self.prefixes
             ],
         }  # fmt: skip
+
+
+def _name(of: Sequence[Summary]) -> str:
+    more = len(of) - 1
+    return f"{of[0].label} and {more} more seed{'s' if more > 1 else ''}" if more else of[0].label
 
 
 def _study(one: Summary, least_trials: int) -> dict[str, object]:

@@ -38,8 +38,9 @@ mobo.parallel = (root, study, names) => {
       context.fillStyle = mobo.theme.colour("ink"); context.textAlign = "center";
       context.fillText(column.label, x(k), 13);
       context.fillStyle = mobo.theme.colour("faint");
-      context.fillText(mobo.short(ends[k][1]), x(k), 28);
-      context.fillText(mobo.short(ends[k][0]), x(k), canvas.clientHeight - 9);
+      const [low, high] = ends[k], text = (v) => mobo.tickText(v, 10 ** Math.floor(Math.log10((high - low) / 100)));
+      context.fillText(Number.isInteger(high) ? mobo.short(high) : text(high), x(k), 28);
+      context.fillText(Number.isInteger(low) ? mobo.short(low) : text(low), x(k), canvas.clientHeight - 9);
       if (brushes[k]) {
         const [a, b] = brushes[k].map((v) => y(k, v));
         context.fillStyle = mobo.theme.colour("accent"); context.globalAlpha = 0.35;

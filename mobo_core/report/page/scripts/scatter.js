@@ -36,7 +36,7 @@ mobo.Scatter = class {
     [this.width, this.height] = [Math.round(box.width), Math.round(box.height)];
     for (const canvas of [this.canvas, this.context.canvas])
       [canvas.width, canvas.height] = [Math.round(this.width * this.dpr), Math.round(this.height * this.dpr)];
-    this.frame = { left: this.small ? 46 : 58, top: 12, right: 14, bottom: this.small ? 38 : 46 };
+    this.frame = { left: this.small ? 54 : 58, top: 12, right: 14, bottom: this.small ? 38 : 46 };
     this.draw();
   }
 
@@ -51,7 +51,7 @@ mobo.Scatter = class {
       for (const v of values) if (Number.isFinite(v)) { if (v < low) low = v; if (v > high) high = v; }
       if (!(low <= high)) return [0, 1];
       if (low >= 0 && low < 0.3 * high) low = 0;
-      const pad = 0.04 * (high - low) || 0.5;
+      const pad = (this.small ? 0.07 : 0.04) * (high - low) || 0.5; // so that marks at the ends stay whole
       return [low - (low === 0 ? 0.4 : 1) * pad, high + pad];
     };
     return { x: range(this.x.values), y: range(this.y.values) };

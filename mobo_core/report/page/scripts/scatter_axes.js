@@ -4,7 +4,7 @@ mobo.scatterGrid = (scatter) => {
   const [r, g, b] = mobo.rgb(mobo.theme.colour("grid")), colour = 0xff000000 | (b << 16) | (g << 8) | r;
   const many = Math.max(2, Math.round(width / (scatter.small ? 70 : 95)));
   scatter.xTicks = mobo.ticks(...scatter.view.x, many);
-  scatter.yTicks = mobo.ticks(...scatter.view.y, Math.max(2, Math.round(height / 60)));
+  scatter.yTicks = mobo.ticks(...scatter.view.y, Math.max(2, Math.round(height / (scatter.small ? 48 : 60))));
   const y0 = Math.round(d * top), y1 = Math.round(d * (top + height)), x0 = Math.round(d * left), x1 = Math.round(d * (left + width));
   for (const value of scatter.xTicks.values) {
     const x = Math.round(d * scatter.toX(value));
