@@ -135,7 +135,8 @@ export VIRTUAL_ENV=$venv PATH=$venv/bin:$PATH
 
 # By this Python even where a real ROS 2 brings its own colcon: the nodes' first line then names it.
 colcon() { "$venv/bin/python" -c 'import sys; from colcon_core.command import main; sys.exit(main())' "$@"; }
-pip_install() { "$venv/bin/python" -m pip install --no-input --disable-pip-version-check --progress-bar off \
+# Most of what is installed is never imported: Python compiles what is, when it is.
+pip_install() { "$venv/bin/python" -m pip install --no-compile --no-input --disable-pip-version-check --progress-bar off \
   -c .ci/constraints.txt "$@"; }
 
 requirements=(-r .ci/requirements-build.txt)
@@ -168,6 +169,16 @@ if [ -z "$ros" ]; then
 fi
 
 packages_key=$(key "$core_key" "$(sum ros_pkgs/mobo ros_pkgs/mobo_msgs .ci/wheels.cmake .ci/local_setup.sh.in)")
+warm_key=$(key "$packages_key" "$(sum mobo_core)")
+warm=false
+[ "$goal" != all ] || [ -z "${WARM-1}" ] || is_done .venv/.mobo-warm "$warm_key" || warm=true
+if $warm; then
+  # Half of the compiling goes on while the messages are built; doctor below waits for it.
+  mkdir -p "$logs"
+  "$venv/bin/python" -c 'from mobo_core.evaluation.kernel.load import kernel; kernel(7)' \
+    >"$logs/kernel.log" 2>&1 </dev/null 9>&- &
+  trap 'jobs -pr | xargs -r kill' EXIT
+fi
 if [ "$goal" = build ] || ! is_done install/.mobo-packages "$packages_key"; then
   say "building messages and nodes into install/"
   listed=$(colcon list --base-paths ros_pkgs)
@@ -182,13 +193,10 @@ if [ "$goal" = build ] || ! is_done install/.mobo-packages "$packages_key"; then
   echo "$packages_key" >install/.mobo-packages
 fi
 
-if [ "$goal" = all ] && [ -n "${WARM-1}" ]; then
-  warm_key=$(key "$packages_key" "$(sum mobo_core)")
-  if ! is_done .venv/.mobo-warm "$warm_key"; then
-    say "compiling the kernel for this machine and checking the set-up (mobo doctor)"
-    logged doctor .ci/in-env mobo doctor --warm
-    echo "$warm_key" >.venv/.mobo-warm
-  fi
+if $warm; then
+  say "compiling the kernel for this machine and checking the set-up (mobo doctor)"
+  logged doctor .ci/in-env mobo doctor --warm
+  echo "$warm_key" >.venv/.mobo-warm
 fi
 
 say "ready; for a shell: source .venv/bin/activate && source install/setup.bash"
