@@ -310,9 +310,33 @@ def test_a_searched_base(mode: str) -> None:
         space.params(Design("YPPYPY", (0.1,) * 6, 0.7))
 
 
+def test_searched_centers_of_ranges() -> None:
+    """They are parameters, are found again, and turn an arm as a base that leans does."""
+    space = DesignSpace.of({"n_joints": 3, "joint_center": [["-90deg", "90deg"], 0.3, [0, 1]]})
+    study = optuna.create_study(sampler=optuna.samplers.RandomSampler(seed=0))
+    for _ in range(20):
+        trial = study.ask()
+        design = space.suggest(trial)
+        assert design.joint_centers == (trial.params["c1"], 0.3, trial.params["c3"])
+        assert space.design(space.params(design)).joint_centers == design.joint_centers
+    with pytest.raises(InputError, match=r"joint_center 2 is 0; expected 0\.3"):
+        space.params(Design("PRP", (0.2,) * 3, joint_centers=(0.0, 0.0, 0.5)))
+    # A first pitch joint at a lean of a has the angles of one upright, less a.
+    tips = []
+    for values in ({"base_tilt": 0.7}, {"joint_center": [0.7, 0, 0]}):
+        own = DesignSpace.of({"n_joints": 3, "joint_limit": [1.0, 2.0, 2.0]} | values)
+        chain = chain_from_urdf(to_urdf(own.arm("PRP", (0.1, 0.2, 0.3)), own))
+        model = pin.buildModelFromXML(to_urdf(own.arm("PRP", (0.1, 0.2, 0.3)), own))
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, np.array([chain.upper[0], 0.5, -0.2]))
+        tips.append(data.oMf[model.getFrameId("tool")].translation.copy())
+    np.testing.assert_allclose(*tips, atol=1e-12)
+
+
 OFF_PAPER = [
     {"joint_limit": [1.0, 2.0, "90deg", 3], "motor_mass": [0.4, 0.3, 0.2, 0.1]},
     {"motor_radius": [0.02, 0.0, 0.03, 0.02], "motor_length": 0.0},
+    {"joint_center": [0.0, ["-90deg", "90deg"], -0.5, [0, 1]], "joint_limit": [1.0, 2.0, 1.5, 3]},
     {"base_height": [-0.2, 0.2], "base_tilt": [-1, 1], "motor_radius": 0.02, "motor_length": [0.01, 0.02, 0.03, 0.04]},
 ]
 
@@ -336,8 +360,9 @@ def test_limits_and_masses_joint_by_joint(values: dict[str, Any]) -> None:
     chain = chain_from_urdf(to_urdf(space.arm("RPRP", (0.1, 0.2, 0.2, 0.1)), space))
     rod = math.pi * 0.015**2 * 1000
     limits = [of_joint(space.joint_limit, i) for i in range(4)]
-    np.testing.assert_allclose(chain.upper, limits)
-    np.testing.assert_allclose(chain.lower, [-limit for limit in limits])
+    centers = [0.0, 0.0, -0.5, 0.5] if "joint_center" in values else [0.0] * 4
+    np.testing.assert_allclose(chain.upper, np.add(centers, limits))
+    np.testing.assert_allclose(chain.lower, np.subtract(centers, limits))
     masses = [of_joint(space.motor_mass, i) + rod * length for i, length in enumerate((0.1, 0.2, 0.2, 0.1))]
     np.testing.assert_allclose(chain.mass, masses)
 

@@ -185,6 +185,8 @@ def test_twins_know_each_others_best() -> None:
         ({}, {"gravity": (1.0, 0.0, -9.0)}, TWO),
         ({"base_tilt": 0.1}, {}, TWO),
         ({"base_tilt": [0.0, 0.1]}, {}, TWO),
+        ({"joint_center": 0.1}, {}, TWO),
+        ({}, {"obstacles": [{"centre": [0.3, 0, 0.2], "size": [0.1, 0.1, 0.1]}]}, TWO),
         ({"joint_types": "RY"}, {}, TWO),
     ],
 )

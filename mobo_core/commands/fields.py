@@ -20,6 +20,7 @@ _LISTS = {
     "joint": "or a list, one a joint",
     "range": "or a range [low, high]",
     "given": "a list, one a joint, null for none",
+    "ranges": "or a list, one or a range [low, high] a joint",
 }
 
 

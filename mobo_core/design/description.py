@@ -10,7 +10,7 @@ import xacro
 
 from mobo_core.design.design import Design
 from mobo_core.design.joints import DEFAULT_LETTERS, JOINTS, built_types
-from mobo_core.design.numbers import Several, of_joint
+from mobo_core.design.numbers import Several, middle, of_joint
 from mobo_core.design.space import DesignSpace
 from mobo_core.errors import StudyError
 from mobo_core.resources import xacro_folder
@@ -33,8 +33,10 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
     mounted = is_mounted(design)
     calls = [mount_call(repr(design.base_height), repr(design.base_tilt))] if mounted else []
     calls += [
-        joint_call(space, joint, i, repr(offset), repr(length), mounted=mounted)
-        for i, (joint, offset, length) in enumerate(zip(design.joints, offsets, design.lengths, strict=False), start=1)
+        joint_call(space, joint, i, repr(offset), repr(length), repr(center), mounted=mounted)
+        for i, (joint, offset, length, center) in enumerate(
+            zip(design.joints, offsets, design.lengths, centers_of(design, space), strict=False), start=1
+        )
     ]
     try:
         calls.append(tool_call(len(design.joints), repr(offsets[-1])))
@@ -51,21 +53,27 @@ def is_mounted(design: Design) -> bool:
     return design.base_height != 0.0 or design.base_tilt != 0.0
 
 
+def centers_of(design: Design, space: DesignSpace) -> tuple[float, ...]:
+    """Return the middle of each joint's range in rad."""
+    return design.joint_centers or tuple(map(middle, space.centers))
+
+
 def mount_call(height: str, tilt: str) -> str:
     """Return the call of the macro of the mount."""
     return f'<xacro:mount height="{height}" tilt="{tilt}"/>'
 
 
 def joint_call(
-    space: DesignSpace, joint: str, index: int, offset: str, length: str, *, mounted: bool = False
+    space: DesignSpace, joint: str, index: int, offset: str, length: str, center: str, *, mounted: bool = False
 ) -> str:
-    """Return the call of the macro of joint number ``index``, from 1; offset and length as xacro reads them.
+    """Return the call of the macro of joint number ``index``, from 1; offset, length and center as xacro reads them.
 
     Before it stand the properties of this joint alone.
     """
     macro, parent = JOINTS[joint].xacro, MOUNT_LINK if mounted and index == 1 else _link(index - 1)
     own = {name: of_joint(value, index - 1) for name, value in _properties(space).items() if isinstance(value, tuple)}
-    return f'{_set(own)}<xacro:{macro} index="{index}" parent="{parent}" offset="{offset}" length="{length}"/>'
+    before = f'{_set(own)}<xacro:property name="center" value="{center}"/>\n'
+    return f'{before}<xacro:{macro} index="{index}" parent="{parent}" offset="{offset}" length="{length}"/>'
 
 
 def tool_call(index: int, offset: str) -> str:

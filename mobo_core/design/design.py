@@ -21,6 +21,7 @@ class Design:
         lengths: metres; link i follows joint i, the last one ends in the tool.
         base_height: metres, of the first joint above the base frame.
         base_tilt: rad, by which the straight arm leans from z towards x, turned about y at the first joint.
+        joint_centers: rad, the middle of each joint's range; empty where the space says it.
 
     Raises:
         InputError: an unknown joint letter, a length that is negative or not finite, or numbers that differ.
@@ -30,6 +31,7 @@ class Design:
     lengths: tuple[float, ...]
     base_height: float = 0.0
     base_tilt: float = 0.0
+    joint_centers: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Check letters, counts and lengths."""
@@ -51,7 +53,10 @@ class Design:
         for i, length in enumerate(self.lengths):
             if not (math.isfinite(length) and length >= 0):
                 raise InputError(f"length {i + 1} is {length!r}", where="lengths", expected="metres, 0 or more")
-        for name, value in (("base_height", self.base_height), ("base_tilt", self.base_tilt)):
+        if len(self.joint_centers) not in (0, n):
+            raise InputError(f"{len(self.joint_centers)} numbers", where="joint_centers", expected=f"{n}, or none")
+        named = [("base_height", self.base_height), ("base_tilt", self.base_tilt)]
+        for name, value in (*named, *(("joint_centers", center) for center in self.joint_centers)):
             if not math.isfinite(value):
                 raise InputError(repr(value), where=name, expected="a finite number")
 

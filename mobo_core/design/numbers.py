@@ -12,6 +12,8 @@ from pydantic_core import CoreSchema, core_schema
 
 # One number, or one for each joint, or the two ends of a range.
 Several = float | tuple[float, ...]
+# One number, or for each joint a number or the two ends of a range.
+Ranges = float | tuple[Several, ...]
 Given = tuple[float | None, ...]
 
 
@@ -23,7 +25,7 @@ class Numbers:
         low, high: bounds of each number.
         above: whether ``low`` itself is refused.
         many: what a list is: one number for each ``joint``, the ends of a ``range``, or for each joint a number or
-            nothing (``given``).
+            nothing (``given``), or a number or the ends of a range (``ranges``).
         angle: whether each may be text such as ``135deg``; a number is in rad.
         unit: for people.
     """
@@ -31,7 +33,7 @@ class Numbers:
     low: float
     high: float
     above: bool = False
-    many: Literal["joint", "range", "given"] = "joint"
+    many: Literal["joint", "range", "given", "ranges"] = "joint"
     angle: bool = False
     unit: str = ""
 
@@ -39,7 +41,7 @@ class Numbers:
         """Have pydantic call :meth:`check`."""
         return core_schema.no_info_plain_validator_function(self.check)
 
-    def check(self, value: object) -> Several | Given:
+    def check(self, value: object) -> Several | Given | Ranges:
         """Return the number, or the numbers as a tuple.
 
         Raises:
@@ -53,8 +55,13 @@ class Numbers:
             return tuple(None if each is None else self._one(each) for each in value)
         if not isinstance(value, list | tuple):
             return self._one(value)
+        if self.many == "ranges":
+            return tuple(self._range(each) if isinstance(each, list | tuple) else self._one(each) for each in value)
+        return self._range(value) if self.many == "range" else tuple(self._one(each) for each in value)
+
+    def _range(self, value: list[object] | tuple[object, ...]) -> tuple[float, ...]:
         numbers = tuple(self._one(each) for each in value)
-        if self.many == "range" and not (len(numbers) == 2 and numbers[0] < numbers[1]):
+        if not (len(numbers) == 2 and numbers[0] < numbers[1]):
             raise ValueError("a number, or a range [low, high] with low < high")
         return numbers
 

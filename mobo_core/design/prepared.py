@@ -14,7 +14,15 @@ from xml.dom.minidom import parseString
 
 import xacro
 
-from mobo_core.design.description import arm_source, is_mounted, joint_call, mount_call, to_urdf, tool_call
+from mobo_core.design.description import (
+    arm_source,
+    centers_of,
+    is_mounted,
+    joint_call,
+    mount_call,
+    to_urdf,
+    tool_call,
+)
 from mobo_core.design.design import Design
 from mobo_core.design.space import DesignSpace
 from mobo_core.design.tape import Open, Tape
@@ -96,8 +104,8 @@ class PreparedXacro:
 
         ``head`` (with :data:`NAME` for the design's) and ``tail`` stand around the blocks. ``blocks`` holds by kind of
         block, place and whether the arm is mounted the ways through it (see ``_Way.to_dict``): the first whose
-        conditions hold is the one. Inputs are the first places: height and tilt of the ``mount`` (place 0), offset and
-        length of a joint by its letter, offset of the ``tool`` (at the last joint's place).
+        conditions hold is the one. Inputs are the first places: height and tilt of the ``mount`` (place 0); offset,
+        length and center of a joint by its letter; offset of the ``tool`` (at the last joint's place).
         """
         ends = ("", "")
         for design in designs:
@@ -120,8 +128,9 @@ class PreparedXacro:
             text, way = self._block(("mount", 0, True), {"height": design.base_height, "tilt": design.base_tilt})
             texts.append(text)
             ways.append(way)
-        for i, (joint, length) in enumerate(zip(design.joints, design.lengths, strict=True), start=1):
-            text, way = self._block((joint, i, mounted), {"offset": offset, "length": length})
+        centers = centers_of(design, self._space)
+        for i, (joint, length, center) in enumerate(zip(design.joints, design.lengths, centers, strict=True), start=1):
+            text, way = self._block((joint, i, mounted), {"offset": offset, "length": length, "center": center})
             texts.append(text)
             ways.append(way)
             offset = length
@@ -157,5 +166,6 @@ class PreparedXacro:
         elif kind == "mount":
             call = mount_call(given["height"], given["tilt"])
         else:
-            call = joint_call(self._space, kind, index, given["offset"], given["length"], mounted=mounted)
+            offset, length, center = given["offset"], given["length"], given["center"]
+            call = joint_call(self._space, kind, index, offset, length, center, mounted=mounted)
         return _Way(source, call, inputs)

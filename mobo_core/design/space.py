@@ -23,7 +23,7 @@ from mobo_core.design import checks
 from mobo_core.design.design import Design
 from mobo_core.design.joints import DEFAULT_LETTERS, JOINTS, count_built
 from mobo_core.design.lengths import Interval, Links, added, nearest, text_of
-from mobo_core.design.numbers import Given, Numbers, Several, ends, middle, of_joint
+from mobo_core.design.numbers import Given, Numbers, Ranges, Several, ends, middle, of_joint
 from mobo_core.design.numbers import text_of as several
 from mobo_core.errors import InputError
 from mobo_core.settings import Settings
@@ -32,12 +32,12 @@ from mobo_core.settings import Settings
 _ROUNDING = 1e-6
 # What may be one value for all joints, or a list of one for each.
 _BY_JOINT = (
-    "joints", "fixed_lengths", "joint_limit", "motor_mass", "motor_radius", "motor_length", "slide_stroke",
-    "slide_radius",
+    "joints", "fixed_lengths", "joint_limit", "joint_center", "motor_mass", "motor_radius", "motor_length",
+    "slide_stroke", "slide_radius",
 )  # fmt: skip
 # Fields that came later: left out of what is written where they have their defaults, so that a space of older versions
 # reads, and compares, as they wrote it.
-_LATER = ("slide_stroke", "slide_radius")
+_LATER = ("joint_center", "slide_stroke", "slide_radius")
 
 
 class DesignSpace(Settings):
@@ -81,6 +81,9 @@ class DesignSpace(Settings):
     )
     joint_limit: Annotated[Several, Numbers(0, 2 * math.pi, above=True, angle=True)] = Field(
         0.75 * math.pi, description="rad, or text such as 135deg; either way"
+    )
+    joint_center: Annotated[Ranges, Numbers(-math.pi, math.pi, many="ranges", angle=True)] = Field(
+        0.0, description="rad, or text such as 90deg, the middle of each joint's range; a range is searched"
     )
     motor_mass: Annotated[Several, Numbers(0, 1e4, above=True)] = Field(0.5, description="kg, a point at each joint")
     motor_radius: Annotated[Several, Numbers(0, 10)] = Field(
@@ -195,6 +198,16 @@ class DesignSpace(Settings):
         fixed = self.fixed_lengths or (None,) * n
         return _links(self.min_length, self.max_length, may_be_zero, fixed, self.last_link == "bounded")
 
+    @property
+    def centers(self) -> tuple[Several, ...]:
+        """The middle of each joint's range in rad, or from where to where it is searched."""
+        return self.joint_center if isinstance(self.joint_center, tuple) else (self.joint_center,) * self.n_joints
+
+    @property
+    def searched_centers(self) -> dict[str, tuple[float, float]]:
+        """The ends of those that are searched, by the names of their parameters, ``c1`` for the first joint."""
+        return {f"c{i}": ends(center) for i, center in enumerate(self.centers, start=1) if isinstance(center, tuple)}
+
     def suggest(self, trial: BaseTrial) -> Design:
         """Draw a design from an Optuna trial."""
         joints = "".join(
@@ -218,7 +231,10 @@ class DesignSpace(Settings):
                 else:
                     lengths.append(nearest(choices, trial.suggest_float(f"L{i + 1}", low, high)))
         height = _drawn(trial, "base_height", self.base_height)
-        return Design(joints, tuple(lengths), height, _drawn(trial, "base_tilt", self.base_tilt))
+        tilt = _drawn(trial, "base_tilt", self.base_tilt)
+        searched = bool(self.searched_centers)
+        centers = [_drawn(trial, f"c{i}", center) for i, center in enumerate(self.centers, start=1) if searched]
+        return Design(joints, tuple(lengths), height, tilt, tuple(centers))
 
     def arm(self, joints: str, lengths: Iterable[float]) -> Design:
         """Return the design of these joints and lengths on the space's base, or in the middle of where that may be."""
@@ -275,6 +291,11 @@ class DesignSpace(Settings):
             value = checks.check_in(name, getattr(design, name), getattr(self, name), _ROUNDING)
             if isinstance(getattr(self, name), tuple):
                 params[name] = value
+        own = design.joint_centers or tuple(map(middle, self.centers))
+        for i, (center, within) in enumerate(zip(own, self.centers, strict=True), start=1):
+            center = checks.check_in(f"joint_center {i}", center, within, _ROUNDING)
+            if isinstance(within, tuple):
+                params[f"c{i}"] = center
         return params
 
     def total_of(self, design: Design) -> float:

@@ -5,9 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from mobo_core.evaluation.kernel.arguments import Effort
-from mobo_core.evaluation.kernel.near import SCALE
-
-_SCORE_UNIT = 1.0 / float(SCALE)
 
 # Rules 2, fitted to attempts of 40 designs that a 6-DOF study met and of 32 random arms: the fewest iterations at which
 # one reachable pose in 1,000 is missed.
@@ -22,16 +19,12 @@ RULES_2 = Effort(
     patience=3,
     blind=2,
     blind_iterations=0,
-    far=np.zeros(0),
-    far_worth=np.zeros(0, np.int64),
-    score_unit=_SCORE_UNIT,
     most_collided=62,
-    near_collided=20,
     most_reached=62,
 )
-# Rules 3: poses nearly reached are worth many more attempts, those whose solutions were in collision too, others fewer;
-# and twice as many blind attempts, which leave less of the bias of chosen starts. docs/evaluation.md says by which arms
-# the numbers were chosen.
+# Rules 3, of seven joints or more: poses nearly reached are worth many more attempts, those whose solutions were in
+# collision too, others fewer; and twice as many blind attempts, which leave less of the bias of chosen starts.
+# docs/evaluation.md says by which arms the numbers were chosen.
 _PATIENT = RULES_2._replace(
     given_up=0.8 * RULES_2.given_up,
     slow=0.8 * RULES_2.slow,
@@ -42,20 +35,9 @@ _PATIENT = RULES_2._replace(
     patience=2,
     blind=4,
 )
-# Six joints or fewer have few solutions, which are found early or not at all.
-_BRISK = _PATIENT._replace(
-    given_up=0.6 * RULES_2.given_up,
-    slow=0.6 * RULES_2.slow,
-    evidence=np.array((16.2, 1.19, 0.451, 0.236, 0.0472, 0.012, 0.0035, 0.0012)),
-    worth=np.array((2, 4, 6, 8, 10, 16, 36, 90)),
-    most_worth=250,
-    most_collided=90,
-    far=np.array((2.0, 1.2, 0.9)),
-    far_worth=np.array((0, 2, 5)),
-)
 
 
 def effort(rules: int, joints: int, iterations: int) -> Effort:
     """Return what rules 2 or 3 ask for an arm of so many joints, with attempts of up to ``iterations``."""
-    chosen = RULES_2 if rules == 2 else _BRISK if joints <= 6 else _PATIENT
+    chosen = RULES_2 if rules == 2 or joints <= 6 else _PATIENT
     return chosen._replace(blind_iterations=iterations)

@@ -20,12 +20,12 @@ def exact_twins(orders: Iterable[str], space: DesignSpace, spec: EvaluationSpec)
 
     With the same lengths such arms differ by the poses drawn alone, where workspace and gravity are the same in x as
     in y. An order whose reflection would break the Yaw rule has no twin: the arm that is built in its place has the
-    ranges of its yaw joints turned. Nor has any on a base that leans, with a tool or payload beside its axis, or
-    among boxes, or where poses are given.
+    ranges of its yaw joints turned. Nor has any on a base that leans, with joints that turn further one way than the
+    other, with a tool or payload beside its axis, or among boxes, or where poses are given.
     """
     alike = (spec.workspace_min, spec.workspace_max, spec.gravity, spec.payload_com, spec.tool_xyz)
     beside = any(spec.tool_rpy) or spec.obstacles or spec.target_poses
-    if space.base_tilt != 0.0 or beside or any(of[0] != of[1] for of in alike):
+    if space.base_tilt != 0.0 or space.joint_center != 0.0 or beside or any(of[0] != of[1] for of in alike):
         return {}
     known = set(orders)
     pairs = {order: swapped(order) for order in known if set(order) <= set("RPYS")}

@@ -108,10 +108,8 @@ class Effort(NamedTuple):
     the others blindly, judged as if ``patience`` iterations younger. Once it is reached, ``blind`` attempts from blind
     starts follow, of up to ``blind_iterations``.
 
-    ``far`` and ``far_worth`` likewise: how many attempts a pose is worth at most by its nearest sample, whose key is
-    in units of ``score_unit``. Where an attempt ended in self-collision a pose is worth ``most_collided`` attempts,
-    ``near_collided`` of them near it. ``most_reached`` is after how many attempts the search for the solution of least
-    torque ends.
+    Where an attempt ended in self-collision a pose is worth ``most_collided`` attempts. ``most_reached`` is after how
+    many attempts the search for the solution of least torque ends.
     """
 
     given_up: Floats
@@ -124,11 +122,7 @@ class Effort(NamedTuple):
     patience: int
     blind: int
     blind_iterations: int
-    far: Floats
-    far_worth: Ints
-    score_unit: float
     most_collided: int
-    near_collided: int
     most_reached: int
 
 

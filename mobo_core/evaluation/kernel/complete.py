@@ -35,7 +35,6 @@ from mobo_core.evaluation.kernel.near import (
     OUT,
     ROWS,
     SAMPLE,
-    SAMPLE_BITS,
     best_of_groups,
     code_of,
     gather,
@@ -118,7 +117,6 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
     lane_attempt, lane_iteration = np.zeros(LANES, np.int64), np.zeros(LANES, np.int64)
     # An attempt's most iterations; and how much younger hopes take it for, -1 where it is never given up.
     lane_most, lane_patience = np.zeros(LANES, np.int64), np.full(LANES, -1)
-    lane_cap = np.zeros(LANES, np.int64)  # attempts that the nearest sample says the pose is worth
     lane_blind = np.zeros(LANES, np.int64)  # blind attempts to come once the search is over
     lane_searching, lane_outcome = np.zeros(LANES, np.bool_), np.zeros(LANES, np.int64)
     lane_error, lane_before, lane_torque = np.zeros(LANES), np.zeros(LANES), np.zeros(LANES)
@@ -150,18 +148,11 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
                 level = aim(orientation, target_r, aimed)
                 best_of_groups(blocks, n_blocks, aimed, level, near, near_codes, best, lane, keys, codes)
                 lane_key[lane] = leave_out(NONE, lane, keys, codes)
-                lane_cap[lane] = worth_of(
-                    (lane_key[lane] >> SAMPLE_BITS) * effort.score_unit, effort.far, effort.far_worth, effort.most_worth
-                )
                 lane_row[lane], lane_pose[lane], lane_attempt[lane] = row, pose, 0
                 pose += 1
                 if pose == poses:
                     pose = 0
                     row += 1
-                if lane_cap[lane] == 0:
-                    out_outcome[lane_row[lane], lane_pose[lane]] = NOT_CONVERGED
-                    lane_row[lane] = -1
-                    continue
                 for k in range(9):
                     state[(n + k) * LANES + lane] = target_r[k // 3, k % 3]
                 state[(n + 9) * LANES + lane], state[(n + 10) * LANES + lane] = x, y
@@ -172,8 +163,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
             at, attempt = lane_row[lane], lane_attempt[lane]
             if at < 0:
                 continue
-            near_starts = effort.near_collided if lane_outcome[lane] == IN_COLLISION else effort.near_starts
-            near_by = lane_searching[lane] and attempt < near_starts
+            near_by = lane_searching[lane] and attempt < effort.near_starts
             if near_by and lane_key[lane] < OUT:
                 start = lane_key[lane] & SAMPLE
                 for k in range(n):
@@ -244,7 +234,7 @@ def evaluate_voxels_complete(arm, table, question, effort, first, last, out):
             if lane_searching[lane]:
                 most = effort.most_reached if lane_outcome[lane] == REACHED else effort.most_collided
                 if lane_outcome[lane] == NOT_CONVERGED:
-                    most = min(lane_cap[lane], worth_of(lane_error[lane], evidence, worth, effort.most_worth))
+                    most = worth_of(lane_error[lane], evidence, worth, effort.most_worth)
                 if lane_attempt[lane] < min(most, search) and (question.least_torque or not reached):
                     continue
                 # The search is over; blind attempts follow where the pose is reached.

@@ -37,5 +37,5 @@ def run(module: ModuleType, n: int) -> None:
     cells, places = np.zeros(LANES, np.int64), np.zeros((LANES, 12), np.float32)
     module.table_places(constants, np.zeros((1, n, LANES)), 0, 1, 0.0, 0.0, 0.0, 1.0, cells, places)
     sort_samples(cells, places, near.cell_first, near.order, near.poses)
-    effort = Effort(one, one, one, one, none, 1, 1, 1, 1, 1, one, none, 1.0, 1, 1, 1)
+    effort = Effort(one, one, one, one, none, 1, 1, 1, 1, 1, 1, 1)
     module.evaluate_voxels_complete(arm, near, question, effort, 0, 1, Outputs.empty(1, 1, n))

@@ -62,6 +62,9 @@ def columns(study: StudyRecord, rows: Sequence[Row]) -> tuple[Arrays, list[str],
     for name in ("base_height", "base_tilt"):
         if isinstance(getattr(study.settings.space, name), tuple):
             arrays[name] = np.array([_params(study, row).get(name, math.nan) for row in rows], float)
+    for name in study.settings.space.searched_centers:
+        center = np.array([_params(study, row).get(name, math.nan) for row in rows], float)
+        arrays[f"joint_center_{name.removeprefix('c')}"] = center
     return arrays, orders, who
 
 
@@ -146,9 +149,10 @@ def _design(study: StudyRecord, row: Row) -> Design | None:
     if len(row.lengths) != len(row.sampled_joints) or any(letter not in JOINTS for letter in row.sampled_joints):
         return None
     params, space = _params(study, row), study.settings.space
-    base = [params.get(name, middle(getattr(space, name))) for name in ("base_height", "base_tilt")]
+    height, tilt = (params.get(name, middle(getattr(space, name))) for name in ("base_height", "base_tilt"))
+    centers = [params.get(f"c{i}", middle(center)) for i, center in enumerate(space.centers, start=1)]
     try:
-        return Design(row.sampled_joints, row.lengths, *base)
+        return Design(row.sampled_joints, row.lengths, height, tilt, tuple(centers) if space.searched_centers else ())
     except InputError:
         return None
 

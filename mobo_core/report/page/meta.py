@@ -73,6 +73,7 @@ def elements(
         "payload_kg": spec.payload_kg,
         "self_collision": spec.self_collision,
         "base": {"height": middle(space.base_height), "tilt": middle(space.base_tilt)},
+        "centers": [middle(center) for center in space.centers],
         "floor": table.floor,
         "same_place": SAME_PLACE,
         "torque_step": page_arms.TORQUE_STEP,

@@ -46,6 +46,10 @@ mobo.Study = class extends mobo.Events {
     if (!found.has("axes")) add("places", "distinct axes", "places", axes);
     for (const name of ["base_height", "base_tilt"])
       if (raw[name]) add(name, name.replace("_", " "), name === "base_tilt" ? "rad" : "m", raw[name]);
+    this.meta.centers.forEach((_, i) => {
+      const values = raw[`joint_center_${i + 1}`];
+      if (values) add(`joint_center_${i + 1}`, `centre of joint ${i + 1}`, "rad", values);
+    });
     add("trial", "trial", "", raw.trial);
     add("seconds", "seconds of evaluation", "s", raw.seconds);
     return found;

@@ -35,14 +35,14 @@ mobo.urdf = (() => {
     return null;
   };
 
-  const build = (template, joints, lengths, height = 0, tilt = 0) => {
+  const build = (template, joints, lengths, height = 0, tilt = 0, centers = []) => {
     if (!template) return null;
     const mounted = height !== 0 || tilt !== 0, m = mounted ? 1 : 0;
     const parts = [template.head.replaceAll(template.name, joints)];
     if (mounted) parts.push(filled(template.blocks[`mount:0:${m}`], [height, tilt]));
     let offset = 0;
     [...joints].forEach((joint, i) => {
-      parts.push(filled(template.blocks[`${joint}:${i + 1}:${m}`], [offset, lengths[i]]));
+      parts.push(filled(template.blocks[`${joint}:${i + 1}:${m}`], [offset, lengths[i], centers[i] ?? 0]));
       offset = lengths[i];
     });
     parts.push(filled(template.blocks[`tool:${joints.length}:${m}`], [offset]), template.tail);
@@ -65,7 +65,8 @@ mobo.urdf = (() => {
     study.template ??= mobo.unpack(mobo.json("urdf").text).then((data) => JSON.parse(new TextDecoder().decode(data)));
     const template = await study.template, raw = study.raw, base = study.meta.base;
     const text = template.verbatim?.[row]
-      ?? build(template.parts, study.order(row), study.lengths(row), raw.base_height?.[row] ?? base.height, raw.base_tilt?.[row] ?? base.tilt);
+      ?? build(template.parts, study.order(row), study.lengths(row), raw.base_height?.[row] ?? base.height, raw.base_tilt?.[row] ?? base.tilt,
+        study.meta.centers.map((center, i) => raw[`joint_center_${i + 1}`]?.[row] ?? center));
     return text !== null && crc32(text) === raw.crc[row] ? text : null;
   };
   return { repr, build, crc32, of };

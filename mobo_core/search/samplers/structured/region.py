@@ -1,6 +1,7 @@
 """Where the lengths and the base of an arm may be, and points drawn there.
 
-A point is the lengths of the links in m, their total in m, the base's height in m and its tilt in rad.
+A point is the lengths of the links in m, their total in m, the base's height in m and its tilt in rad, and in rad the
+middles of those joints' ranges that are searched.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ class Region:
     """The points of a space.
 
     Attributes:
-        low, high: (n + 3,) of each coordinate; of a link, when it is not zero.
+        low, high: (n + m,) of each coordinate, m = 3 or more; of a link, when it is not zero.
         zero: (n,) whether a link may be zero.
     """
 
@@ -36,7 +37,7 @@ class Region:
         total = space.total_ends
         links = [allowed[-1] for allowed in space.links.allowed]
         bounds = [(low, min(high, total[1])) for low, high in links]
-        bounds += [total, ends(space.base_height), ends(space.base_tilt)]
+        bounds += [total, ends(space.base_height), ends(space.base_tilt), *space.searched_centers.values()]
         self.low, self.high = np.array(bounds).T.copy()
         self.zero = np.array([allowed[0][0] == 0.0 for allowed in space.links.allowed])
 
@@ -46,22 +47,21 @@ class Region:
         return self.low, self.high, self.zero
 
     def features(self, points: Floats) -> Floats:
-        """Return what the model sees of points (k, n + 3), shape (k, n + 2).
+        """Return what the model sees of points (k, n + m), shape (k, n + m - 1).
 
         Lengths count on the square root's scale, as no length is unlike a little.
         """
-        found = np.empty((len(points), len(self.zero) + 2))
-        _features(points, self.low, self.high, found)
+        found = np.empty((len(points), len(self.low) - 1))
+        _features(points, self.low, self.high, self.zero.size, found)
         return found
 
 
 @compiled
-def _features(points: Floats, low: Floats, high: Floats, found: Floats) -> None:
-    n = low.size - 3
+def _features(points: Floats, low: Floats, high: Floats, n: int, found: Floats) -> None:
     for i in range(points.shape[0]):
         for j in range(n):
             found[i, j] = math.sqrt(max(points[i, j], 0.0) / high[n])
-        for j in range(n + 1, n + 3):
+        for j in range(n + 1, low.size):
             wide = high[j] - low[j]
             found[i, j - 1] = 0.5 * (points[i, j] - low[j]) / wide if wide > 0.0 else 0.0
 
@@ -70,7 +70,7 @@ def _features(points: Floats, low: Floats, high: Floats, found: Floats) -> None:
 def repair(x: Floats, low: Floats, high: Floats, zero: NDArray[np.bool_]) -> None:
     """Put a point to one near it that may be, but for rounding and for spaces with gaps in what lengths add up to."""
     n = zero.size
-    for j in range(n, n + 3):
+    for j in range(n, low.size):
         x[j] = min(max(x[j], low[j]), high[j])
     for i in range(n):
         if zero[i] and x[i] < max(_SNAP * x[n], 0.5 * low[i]):
@@ -118,7 +118,7 @@ def spread(state: np.uint64, low: Floats, high: Floats, zero: NDArray[np.bool_],
         nothing = zero[i] and uniform(state, 2 * i) < _ZERO
         x[i] = 0.0 if nothing else -log(1.0 - uniform(state, 2 * i + 1))
         whole += x[i]
-    for j in range(n, n + 3):
+    for j in range(n, low.size):
         x[j] = low[j] + uniform(state, n + j) * (high[j] - low[j])
     for i in range(n):
         x[i] *= x[n] / max(whole, 1e-9)
@@ -140,8 +140,8 @@ def vary(
 
     Args:
         state: of the random numbers.
-        front: (k, n + 3) of its order, one or more.
-        tried: (t, n + 3) of its order, one or more.
+        front: (k, n + m) of its order, one or more.
+        tried: (t, n + m) of its order, one or more.
         low: see :class:`Region`.
         high: likewise.
         zero: likewise.
@@ -175,7 +175,7 @@ def vary(
         share = 1.0 if which > 0.88 else uniform(state, 3)
         x[j] += share * x[i]
         x[i] -= share * x[i]
-    for j in range(n, n + 3):
+    for j in range(n, low.size):
         k = 100 + 6 * (j - n)
         if high[j] > low[j] and uniform(state, k) < 0.4:
             x[j] += 0.1 * (high[j] - low[j]) * _normal(state, k + 1)

@@ -69,9 +69,11 @@ class StructuredSampler(BaseSampler):
         self._update(study, trial.number)
         order, point = self.search.next(trial.number)
         n = self._space.n_joints
-        *wanted, total, height, tilt = (float(each) for each in point)
+        wanted, (total, height, tilt, *searched) = point[:n].tolist(), point[n:].tolist()
         lengths = self._space.links.settled(wanted, total)
-        design = Design(self._sampled[self._names[order]], lengths[:n], height, tilt)
+        own = iter(searched)
+        centers = [next(own) if isinstance(each, tuple) else each for each in self._space.centers] if searched else []
+        design = Design(self._sampled[self._names[order]], lengths[:n], height, tilt, tuple(centers))
         self._drawn = self._space.params(design)
 
     def sample_independent(
@@ -87,7 +89,9 @@ class StructuredSampler(BaseSampler):
             trial_id = storage.get_trial_id_from_study_id_trial_number(study._study_id, self._next)
             design = self._space.suggest(cast(BaseTrial, _Known(storage.get_trial(trial_id).params)))
             total = self._space.total_of(design)
-            point = np.array([*design.lengths, total, design.base_height, design.base_tilt])
+            centers = zip(design.joint_centers, self._space.centers, strict=False)
+            searched = [center for center, allowed in centers if isinstance(allowed, tuple)]
+            point = np.array([*design.lengths, total, design.base_height, design.base_tilt, *searched])
             order = self._number[design.joints]
             self.search.asked(self._next, order, point)
             self._open.append((self._next, trial_id, order, point))

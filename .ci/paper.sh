@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# make paper: the studies of docs/paper.md over ROS 2, one after the other; a second call skips what is done and goes on
+# with what stopped. Each leaves its bag in bags/paper/, and in docs/paper/ a table of all trials and its report's pictures.
+# PAPER: the studies to run, by name (all). PAPER_BAGS: where their bags are. PAPER_TRIALS: so many trials instead.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+bags=${PAPER_BAGS:-bags/paper}
+wide=docs/paper/wide.yaml
+
+# name trials what differs
+studies=(
+  "paper6 20000 n_joints:=6 spec:=paper sampler:=paper"
+  "paper7 20000 n_joints:=7 spec:=paper sampler:=paper"
+  "tpe6 20000 n_joints:=6 spec:=paper sampler:=tpe"
+  "tpe7 20000 n_joints:=7 spec:=paper sampler:=tpe"
+  "wide6 20000 n_joints:=6 spec:=paper sampler:=tpe space:=$wide"
+  "wide7 20000 n_joints:=7 spec:=paper sampler:=tpe space:=$wide"
+  "complete6 20000 n_joints:=6 spec:=mobo sampler:=tpe"
+  "tpe6_seed1 20000 n_joints:=6 spec:=paper sampler:=tpe seed:=1"
+  "tpe6_seed2 20000 n_joints:=6 spec:=paper sampler:=tpe seed:=2"
+  "structured7 60000 n_joints:=7 spec:=mobo sampler:=structured"
+)
+
+run() { # name trials settings…
+  local name=$1 trials=${PAPER_TRIALS:-$2} settings=()
+  local bag=$bags/$name
+  for setting in "${@:3}"; do settings+=(-p "$setting"); done
+  echo "== $name: ${*:3}, $trials trials"
+  .ci/in-env ros2 run mobo study --ros-args -r "__ns:=/$name" -p "study_name:=$name" -p "bag:=$bag" -p resume:=true \
+    -p "n_trials:=$trials" -p evaluators:=1 -p "workers:=${PAPER_WORKERS:-2}" "${settings[@]}"
+  if [ -e "docs/paper/$name.parquet" ] && [ -z "${PAPER_TRIALS:-}" ]; then return; fi
+  .ci/in-env mobo report "$bag" -o "$bags/${name}_report" >"$bags/$name.txt"
+  if [ -n "${PAPER_TRIALS:-}" ]; then return; fi
+  .ci/in-env mobo export table "$bag" -o "docs/paper/$name.parquet"
+  for picture in sampling structures lengths claims; do
+    cp "$bags/${name}_report/$picture.png" "docs/paper/${name}_$picture.png"
+  done
+}
+
+mkdir -p "$bags"
+for study in "${studies[@]}"; do
+  read -ra row <<<"$study"
+  if [ -z "${PAPER:-}" ] || [[ " $PAPER " == *" ${row[0]} "* ]]; then run "${row[@]}"; fi
+done
