@@ -35,7 +35,7 @@ def to_urdf(design: Design, space: DesignSpace) -> str:
     calls += [
         joint_call(space, joint, i, repr(offset), repr(length), repr(center), mounted=mounted)
         for i, (joint, offset, length, center) in enumerate(
-            zip(design.joints, offsets, design.lengths, centers_of(design, space), strict=False), start=1
+            zip(design.joints, offsets[:-1], design.lengths, centers_of(design, space), strict=True), start=1
         )
     ]
     try:
@@ -55,7 +55,8 @@ def is_mounted(design: Design) -> bool:
 
 def centers_of(design: Design, space: DesignSpace) -> tuple[float, ...]:
     """Return the middle of each joint's range in rad."""
-    return design.joint_centers or tuple(map(middle, space.centers))
+    own = space.joint_center
+    return design.joint_centers or (tuple(map(middle, own)) if isinstance(own, tuple) else (own,) * len(design.joints))
 
 
 def mount_call(height: str, tilt: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from mobo_core.design.joints import JOINTS, effective_joints, joint_letters
@@ -31,7 +31,7 @@ class Design:
     lengths: tuple[float, ...]
     base_height: float = 0.0
     base_tilt: float = 0.0
-    joint_centers: tuple[float, ...] = ()
+    joint_centers: tuple[float, ...] = field(default=(), repr=False)  # the text of other designs is as it was
 
     def __post_init__(self) -> None:
         """Check letters, counts and lengths."""
