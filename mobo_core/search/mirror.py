@@ -25,7 +25,8 @@ def exact_twins(orders: Iterable[str], space: DesignSpace, spec: EvaluationSpec)
     """
     alike = (spec.workspace_min, spec.workspace_max, spec.gravity, spec.payload_com, spec.tool_xyz)
     beside = any(spec.tool_rpy) or spec.obstacles or spec.target_poses
-    if space.base_tilt != 0.0 or space.joint_center != 0.0 or beside or any(of[0] != of[1] for of in alike):
+    turned = any(center != 0.0 for center in space.centers)
+    if space.base_tilt != 0.0 or turned or beside or any(of[0] != of[1] for of in alike):
         return {}
     known = set(orders)
     pairs = {order: swapped(order) for order in known if set(order) <= set("RPYS")}
