@@ -97,14 +97,14 @@ NOT_RUN = {
 
 # What the first arm's evaluation prints, its seconds left out.
 EVALUATED = """\
-reach   40.50 of 75 voxels (54.0% of 2250 poses)
-torque  367.0 N m, summed over the voxels' means; 6.80 N m a reached voxel
-failed  120 out of range, 915 not converged, 0 in collision
+reach   40.53 of 75 voxels (54.0% of 2250 poses)
+torque  367.1 N m, summed over the voxels' means; 6.80 N m a reached voxel
+failed  120 out of range, 914 not converged, 0 in collision
 chain   joint_1, joint_2, joint_3, joint_4, joint_5, joint_6 to tool
 joint       mean     95 %     peak   N m, held against gravity at the poses reached
 joint_1     0.00     0.00     0.00
-joint_2     6.16     8.79     9.16
-joint_3     2.60     3.72     3.74
+joint_2     6.17     8.79     9.16
+joint_3     2.58     3.72     3.74
 joint_4     0.00     0.01     0.01
 joint_5     0.00     0.01     0.01
 joint_6     0.00     0.00     0.00
