@@ -8,16 +8,16 @@ FAULTS_ARGS ?=
 WARM ?= 1
 
 SHELL := /bin/bash
-export PYTHON TRIALS WARM ATLAS_TRIALS ATLAS_BAG ATLAS_FILE
+export PYTHON TRIALS WARM ATLAS_TRIALS ATLAS_BAG ATLAS_FILE PAPER PAPER_BAGS PAPER_TRIALS
 
 # Tests stay on this machine, and leave nothing in /dev/shm when they kill a node.
 TEST_ENV := ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST FASTDDS_BUILTIN_TRANSPORTS=UDPv4
 
-.PHONY: help setup check test test-faults coverage docs demo arms atlas lint build clean
+.PHONY: help setup check test test-faults coverage docs demo arms atlas paper lint build clean
 
 help: ## show this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-11s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
-	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-n 2 -k name' the tests, FAULTS_ARGS likewise, ATLAS_TRIALS=3000 the atlas's."
+	@echo "PYTHON=python3.12 chooses the interpreter, TRIALS=300 the length of the demo, PYTEST_ARGS='-n 2 -k name' the tests, FAULTS_ARGS likewise, ATLAS_TRIALS=3000 the atlas's, PAPER='tpe6 tpe7' which of the paper's studies."
 
 setup: ## make .venv/ and install/, or what of them is out of date
 	@.ci/setup.sh
@@ -45,6 +45,9 @@ demo: setup ## setup, then a study of 300 trials over ROS 2, recorded in bags/, 
 
 atlas: setup ## setup, then the study of 250,000 trials behind the atlas that mobo brings; goes on where it stopped
 	@.ci/atlas.sh
+
+paper: setup ## setup, then the studies of docs/paper.md, hours of them; goes on where it stopped
+	@.ci/paper.sh
 
 arms: setup ## setup, then the catalogue's real arms evaluated, and a page with all of them in build/arms/
 	@.ci/in-env mobo arms evaluate -o build/arms

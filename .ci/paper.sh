@@ -28,7 +28,7 @@ run() { # name trials settings…
   for setting in "${@:3}"; do settings+=(-p "$setting"); done
   echo "== $name: ${*:3}, $trials trials"
   .ci/in-env ros2 run mobo study --ros-args -r "__ns:=/$name" -p "study_name:=$name" -p "bag:=$bag" -p resume:=true \
-    -p "n_trials:=$trials" -p evaluators:=1 -p "workers:=${PAPER_WORKERS:-2}" "${settings[@]}"
+    -p "n_trials:=$trials" -p evaluators:=1 -p workers:=2 "${settings[@]}"
   if [ -e "docs/paper/$name.parquet" ] && [ -z "${PAPER_TRIALS:-}" ]; then return; fi
   .ci/in-env mobo report "$bag" -o "$bags/${name}_report" >"$bags/$name.txt"
   if [ -n "${PAPER_TRIALS:-}" ]; then return; fi
