@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import importlib.util
+import json
 import os
 import sys
 from pathlib import Path
@@ -46,8 +48,16 @@ def test_urdf_of_an_arm_is_xacro_of_its_design(tmp_path: Path) -> None:
 def test_urdfs_of_a_bag_are_the_candidates_byte_for_byte(bag: Path, tmp_path: Path) -> None:
     assert mobo("export", "urdf", bag, "--top", 12, "-o", tmp_path / "arms") == 0
     candidates = {message.trial: message for message in messages(bag, "/candidates")}
-    files = sorted((tmp_path / "arms").iterdir())
+    files = sorted((tmp_path / "arms").glob("*.urdf"))
     assert len(files) == 12
+    said = json.loads((tmp_path / "arms" / "manifest.json").read_text(encoding="utf-8"))
+    told = {message.trial: message for message in messages(bag, "/trials")}
+    assert [arm["file"] for arm in said["arms"]] == [path.name for path in files]
+    assert said["spec"]["poses_per_voxel"] > 0
+    for path, arm in zip(files, said["arms"], strict=True):
+        assert arm["sha256"] == hashlib.sha256(path.read_bytes()).hexdigest()
+        assert (arm["reach"], arm["torque"]) == (told[arm["trial"]].reach, told[arm["trial"]].torque)
+        assert arm["lengths"] == candidates[arm["trial"]].lengths.tolist()
     for place, path in enumerate(files, start=1):
         rank, joints, trial = path.stem.split("_")
         candidate = candidates[int(trial.removeprefix("trial"))]
@@ -65,7 +75,7 @@ def test_top_is_the_front_by_reach_and_then_the_others_by_reach(bag: Path, tmp_p
     first = sorted(front, key=lambda message: -message.reach)
     rest = sorted((message for message in told if message not in front), key=lambda message: -message.reach)
     assert mobo("export", "urdf", bag, "--top", 1000, "-o", tmp_path / "arms") == 0
-    names = sorted(path.name for path in (tmp_path / "arms").iterdir())
+    names = sorted(path.name for path in (tmp_path / "arms").glob("*.urdf"))
     trials = [int(name.removesuffix(".urdf").rsplit("trial", 1)[1]) for name in names]
     assert trials == [message.trial for message in first + rest]
     assert not REJECTED & set(trials)
@@ -74,7 +84,7 @@ def test_top_is_the_front_by_reach_and_then_the_others_by_reach(bag: Path, tmp_p
 def test_one_arm_of_a_bag_by_default_and_again(bag: Path, tmp_path: Path) -> None:
     for _ in range(2):
         assert mobo("export", "urdf", bag, "-o", tmp_path / "arms") == 0
-        assert len(list((tmp_path / "arms").iterdir())) == 1
+        assert len(list((tmp_path / "arms").glob("*.urdf"))) == 1
 
 
 def test_urdfs_of_another_export_are_not_mixed_in(

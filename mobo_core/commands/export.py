@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 from pathlib import Path
 
 from mobo_core.commands import export_optuna
@@ -10,6 +11,7 @@ from mobo_core.commands.arm_arguments import add_arm_arguments, arm_urdf, refuse
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.reading import candidate_argument, read_bag_argument
 from mobo_core.errors import InputError
+from mobo_core.version import __version__
 
 
 def add(verbs: Verbs) -> None:
@@ -35,7 +37,7 @@ def _add_urdf(kinds: Verbs) -> None:
         help="one arm, or the best of a bag",
         description="Write the URDF of one arm, or of one trial of a bag, into the file PATH, or those of the best\n"
         "arms of a bag into the folder PATH, byte for byte as they were evaluated, named\n"
-        "RANK_JOINTS_trialNUMBER.urdf.\n\n"
+        "RANK_JOINTS_trialNUMBER.urdf, with manifest.json, which says what each is and is worth.\n\n"
         "Best are the arms of the Pareto front that reach a tenth of the voxels or more, the highest\n"
         "reach first; after them the other arms, the highest reach first.",
         epilog="examples:\n"
@@ -127,7 +129,23 @@ def _export_best(bag: str, top: int, folder: Path) -> int:
         urdf_name(i + 1, row, len(rows)): str(candidate.urdf if candidate is not None else "")
         for i, (row, candidate) in enumerate(zip(rows, candidates, strict=True))
     }
-    write_urdfs(folder, urdfs)
+    arms = [
+        {
+            "file": name,
+            "sha256": hashlib.sha256(urdfs[name].encode("utf-8")).hexdigest(),
+            "tip": candidate.tip if candidate is not None else "",
+            "trial": row.trial,
+            "joints": row.joints,
+            "lengths": row.lengths,
+            "reach": row.reach,
+            "torque": row.torque,
+            **dict(row.extra),
+            "on_front": row.on_front,
+        }
+        for name, row, candidate in zip(urdfs, rows, candidates, strict=True)
+    ]
+    settings = {"study": study.name, "mobo_version": __version__, "spec": study.settings.spec.to_dict()}
+    write_urdfs(folder, urdfs, {**settings, "arms": arms})
     for row, name in zip(rows, urdfs, strict=True):
         off = "" if row.on_front else ", off the front"
         print(f"{folder / name}  reach {row.reach:.2f}, torque {row.torque:.1f} N m{off}")

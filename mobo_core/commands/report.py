@@ -35,6 +35,7 @@ def add(verbs: Verbs) -> None:
     parser.add_argument(
         "--pin", type=int, nargs="+", default=[], metavar="N", help="trials to evaluate again whatever they are worth"
     )
+    parser.add_argument("--hosts", action="store_true", help="name the evaluators, and so their hosts, in trials.csv")
     parser.add_argument(
         "--atlas", metavar="FILE", help="of `mobo atlas`, to say how far a study is from it [the one mobo brings]"
     )
@@ -66,7 +67,11 @@ def run(args: argparse.Namespace) -> int:
         study = read_bag_argument(bag)
         atlas, why = fitting_atlas(study.settings, engine_of(study), Path(args.atlas) if args.atlas else None)
         with bar(visible(f"report of {study.name}")[:60]) as progress:
-            reports.append(write_report(study, folder, progress, bag=bag, pinned=args.pin, atlas=atlas, no_atlas=why))
+            reports.append(
+                write_report(
+                    study, folder, progress, bag=bag, pinned=args.pin, hosts=args.hosts, atlas=atlas, no_atlas=why
+                )
+            )
         _print(reports[-1])
         print(visible(f"atlas      {_against(reports[-1], atlas) if atlas is not None else why}"))
     if len(reports) > 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TypeAlias
 
 from mobo_core.report.row import Row
@@ -47,6 +48,14 @@ def table_columns(rows: Iterable[Row], n_joints: int, names: Iterable[str] = COL
         else:
             columns[name] = [_value(row, name) for row in rows]
     return columns
+
+
+def without_hosts(rows: Iterable[Row]) -> list[Row]:
+    """Return trials whose evaluators, whose names tell hosts, are numbered as they come."""
+    rows = list(rows)
+    met = dict.fromkeys(row.evaluator for row in rows if row.evaluator)
+    names = {name: f"evaluator {number}" for number, name in enumerate(met, 1)}
+    return [replace(row, evaluator=names.get(row.evaluator, "")) for row in rows]
 
 
 def _value(row: Row, name: str) -> Cell:

@@ -16,7 +16,7 @@ from mobo_core.report import reproduce
 from mobo_core.report.claims.check import check_claims
 from mobo_core.report.claims.claim import Pair
 from mobo_core.report.claims.evidence import of_study
-from mobo_core.report.columns import FRONT_COLUMNS, Columns, table_columns
+from mobo_core.report.columns import FRONT_COLUMNS, Columns, table_columns, without_hosts
 from mobo_core.report.figures.registry import FIGURES
 from mobo_core.report.figures.render import render
 from mobo_core.report.joint_torques import held_arms, torque_columns
@@ -62,6 +62,7 @@ def write_report(
     *,
     bag: str = "",
     pinned: Collection[int] = (),
+    hosts: bool = False,
     atlas: Atlas | None = None,
     no_atlas: str = "",
 ) -> Report:
@@ -73,6 +74,7 @@ def write_report(
         progress: called with (done, in all): arms evaluated again for their joints' torques, and pictures.
         bag: as the page's commands name it; by default the study's path.
         pinned: trials to evaluate again whatever they are worth.
+        hosts: whether ``trials.csv`` names the evaluators, which tells their hosts; else it numbers them.
         atlas: to compare the study with, of the same question (see :func:`mobo_core.atlas.regret.fitting_atlas`).
         no_atlas: why there is none, for the page.
 
@@ -91,7 +93,7 @@ def write_report(
         arms = evaluating.result()
     tables = {
         "front": table_columns(table.front, table.n_joints, FRONT_COLUMNS),
-        "trials": table_columns(table.rows, table.n_joints),
+        "trials": table_columns(table.rows if hosts else without_hosts(table.rows), table.n_joints),
         "joint_torques": torque_columns(arms),
         "atlas_orders": order_columns(own, report.regret),
     }
