@@ -7,10 +7,17 @@ import reprlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Self, get_args
+from typing import ClassVar, Self, get_args
 
 import yaml
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    SerializationInfo,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+)
 
 from mobo_core.errors import InputError
 
@@ -35,6 +42,18 @@ class Settings(BaseModel):
     """A frozen set of named values; unknown names, wrong types and numbers that are not finite are refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, strict=False)
+    # Fields that came later: left out of what is written where they have their defaults, so that settings of older
+    # versions read, and compare, as they wrote them.
+    later: ClassVar[tuple[str, ...]] = ()
+
+    @model_serializer(mode="wrap")
+    def _written(self, write: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, object]:
+        values: dict[str, object] = write(self)
+        if (info.context or {}).get("full"):
+            return values
+        fields = type(self).model_fields
+        idle = {name for name in self.later if getattr(self, name) == fields[name].default}
+        return {name: value for name, value in values.items() if name not in idle}
 
     @classmethod
     def of(cls, values: object, where: str = "") -> Self:

@@ -6,16 +6,13 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from optuna.distributions import BaseDistribution
 from optuna.trial import BaseTrial, FixedTrial
 from pydantic import (
     Field,
-    SerializationInfo,
-    SerializerFunctionWrapHandler,
     field_validator,
-    model_serializer,
     model_validator,
 )
 
@@ -34,11 +31,7 @@ _ROUNDING = 1e-6
 _BY_JOINT = (
     "joints", "fixed_lengths", "joint_limit", "joint_center", "motor_mass", "motor_radius", "motor_length",
     "slide_stroke", "slide_radius",
-)  # fmt: skip
-# Fields that came later: left out of what is written where they have their defaults, so that a space of older versions
-# reads, and compares, as they wrote it.
-_LATER = ("joint_center", "slide_stroke", "slide_radius")
-
+)  
 
 class DesignSpace(Settings):
     """Which arms are candidates, and what their parts weigh. The defaults are the paper's 6-DOF experiment.
@@ -54,6 +47,8 @@ class DesignSpace(Settings):
     In both, a length that falls between 0 and ``min_length`` is put to the nearer of the two that may be, and the
     last link that is not fixed takes what remains.
     """
+
+    later: ClassVar[tuple[str, ...]] = ("joint_center", "slide_stroke", "slide_radius")
 
     n_joints: int = Field(6, ge=1, le=12, description="joints of an arm")
     joint_types: str = Field(DEFAULT_LETTERS, description="letters of the joint types to choose from")
@@ -137,15 +132,6 @@ class DesignSpace(Settings):
         checks.check_bounds(self.min_length, self.max_length, self.zero_lengths)
         checks.check_total(self.links, self.total_length)
         return self
-
-    @model_serializer(mode="wrap")
-    def _written(self, write: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, object]:
-        values: dict[str, object] = write(self)
-        if (info.context or {}).get("full"):
-            return values
-        fields = type(self).model_fields
-        idle = {name for name in _LATER if getattr(self, name) == fields[name].default}
-        return {name: value for name, value in values.items() if name not in idle}
 
     @property
     def places(self) -> tuple[str, ...]:

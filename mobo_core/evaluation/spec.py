@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, SerializationInfo, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import Field, model_validator
 
 from mobo_core.errors import InputError
 from mobo_core.evaluation.pose_file import MAX_TARGETS, Pose, read_poses
@@ -21,9 +21,6 @@ MAX_BOXES = 64
 
 Vector = tuple[float, float, float]
 NOWHERE: Vector = (0.0, 0.0, 0.0)
-# Fields that came later: left out of what is written where they ask for nothing, so that a question that older
-# versions could ask reads, and compares, as they wrote it.
-LATER = ("payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles", "target_poses")
 _MOST = 1e3  # m or rad
 
 
@@ -48,6 +45,8 @@ class EvaluationSpec(Settings):
     drawn uniformly on SO(3) from (seed, voxel, pose) alone, so that every arm meets the same poses. Or the poses are
     given (``target_poses``): then each stands for a voxel.
     """
+
+    later: ClassVar[tuple[str, ...]] = ("payload_com", "tool_xyz", "tool_rpy", "floor_z", "obstacles", "target_poses")
 
     workspace_min: Vector = Field((-0.5, -0.5, -0.1), description="m, base frame, corner of the workspace")
     workspace_max: Vector = Field((0.5, 0.5, 0.5), description="m, base frame, the corner opposite")
@@ -119,15 +118,6 @@ class EvaluationSpec(Settings):
         if self.target_poses and self.poses_per_voxel != 1:
             raise ValueError(f"poses_per_voxel of 1 where poses are given, not {self.poses_per_voxel}")
         return self
-
-    @model_serializer(mode="wrap")
-    def _written(self, write: SerializerFunctionWrapHandler, info: SerializationInfo) -> dict[str, object]:
-        values: dict[str, object] = write(self)
-        if (info.context or {}).get("full"):
-            return values
-        fields = type(self).model_fields
-        idle = {name for name in LATER if getattr(self, name) == fields[name].default}
-        return {name: value for name, value in values.items() if name not in idle}
 
     @classmethod
     def _from_file(cls, values: object, path: Path) -> object:
