@@ -2,7 +2,8 @@
 
 Each order gets a genetic search of its own (NSGA-II: Deb et al. 2002, with differential evolution's moves), whatever
 the others are worth. Finished orders are kept one a file, so that it can be stopped and gone on with; at the
-end, or with `--workers 0`, the fronts of those finished go to one .npz file, which fairness.py and studies.py read.
+end, or with `--workers 0`, the fronts of those finished join those of one .npz file, which fairness.py and studies.py
+read and whose orders are not searched again.
 Which order is next is drawn at random, so that those finished are a fair sample. Best reach and front are lower bounds
 of what an order can do.
 """
@@ -132,16 +133,30 @@ def _one(task: tuple[str, int, Path]) -> str:
     return f"{order}: reach {values[-1, 0]:.1f}, {len(values)} arms, {time.perf_counter() - began:.0f} s"
 
 
+def finished(file: Path) -> dict[str, dict[str, Array]]:
+    """Return lengths, values and evaluations of the orders that a file of fronts holds."""
+    if not file.exists():
+        return {}
+    with np.load(file) as stored:
+        held = {name: stored[name] for name in stored.files}
+    orders = np.unique(held["order"])  # as `join` sorts them
+    parts = {}
+    for order, evaluations in zip(orders.tolist(), held["evaluations"], strict=True):
+        of_order = held["order"] == order
+        parts[order] = {name: held[name][of_order] for name in ("lengths", "values")} | {"evaluations": evaluations}
+    return parts
+
+
 def join(folder: Path, file: Path) -> None:
-    """Write the fronts of all orders that are finished to one file."""
-    files = sorted(folder.glob("[A-Z]*[A-Z].npz"))
-    parts = [dict(np.load(each)) for each in files]
+    """Add the fronts of all orders that are finished to a file's."""
+    parts = finished(file) | {each.stem: dict(np.load(each)) for each in folder.glob("[A-Z]*[A-Z].npz")}
+    parts = dict(sorted(parts.items()))
     np.savez_compressed(
         file,
-        order=np.repeat([each.stem for each in files], [len(part["values"]) for part in parts]),
-        lengths=np.concatenate([part["lengths"] for part in parts]),
-        values=np.concatenate([part["values"] for part in parts]),
-        evaluations=np.array([int(part["evaluations"]) for part in parts]),
+        order=np.repeat(list(parts), [len(part["values"]) for part in parts.values()]),
+        lengths=np.concatenate([part["lengths"] for part in parts.values()]),
+        values=np.concatenate([part["values"] for part in parts.values()]),
+        evaluations=np.array([int(part["evaluations"]) for part in parts.values()]),
     )
 
 
@@ -155,9 +170,10 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, default=FILE, help=".npz file")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
+    there = finished(args.output)
     orders = args.orders or np.random.default_rng(0).permutation(ORDERS).tolist()
     tasks = [(order, args.evaluations, args.folder / f"{order}.npz") for order in orders]
-    tasks = [task for task in tasks if not task[2].exists()]
+    tasks = [task for task in tasks if not (task[2].exists() or task[0] in there)]
     if args.workers:
         with multiprocessing.get_context("spawn").Pool(args.workers) as pool:
             for i, line in enumerate(pool.imap_unordered(_one, tasks), start=1):
