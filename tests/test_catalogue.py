@@ -11,15 +11,20 @@ import pytest
 from arms import KernelView, small_spec
 from studies import mobo, mobo_json
 
+from mobo_core.arms.arm_joint import ArmJoint
 from mobo_core.arms.catalogue import MISSING, NAMED, catalogue, find_arm, known_arms
 from mobo_core.arms.order import order_of
-from mobo_core.arms.real import ArmJoint, RealArm
+from mobo_core.arms.real import RealArm
 from mobo_core.arms.rigid import Placement
 from mobo_core.arms.worth import larger, worth
 from mobo_core.design import DesignSpace
 from mobo_core.design.joints import JOINTS, effective_joints
 from mobo_core.errors import InputError
 from mobo_core.evaluation.chain import chain_from_urdf
+from mobo_core.evaluation.evaluate import evaluate
+from mobo_core.evaluation.spec import EvaluationSpec
+
+COMPLETE = {"ik_mode": "complete", "rules": 2, "iterations": 12}
 
 
 def test_every_arm_has_a_source_and_a_chain() -> None:
@@ -98,6 +103,22 @@ def test_three_evaluations() -> None:
     assert found.own.mean_torque / found.scaled.mean_torque == pytest.approx(grown, rel=0.1)
     assert 0 < found.twin.reach <= spec.n_voxels
     assert larger(spec, 1.7).shape == spec.shape
+
+
+def test_what_stands_around_grows_with_the_workspace() -> None:
+    """Floor and boxes do; tool and payload do not; where poses are given nothing does."""
+    boxes = [{"centre": [0.4, 0.0, 0.1], "rpy": [0.0, 0.0, 0.5], "size": [0.3, 0.6, 0.2]}]
+    spec = small_spec(floor_z=-0.1, obstacles=boxes, tool_xyz=(0.0, 0.0, 0.1), payload_kg=1.0)
+    twice = larger(spec, 2.0)
+    assert (twice.floor_z, twice.tool_xyz, twice.payload_kg) == (-0.2, spec.tool_xyz, 1.0)
+    assert twice.obstacles[0].centre == (0.8, 0.0, 0.2) and twice.obstacles[0].size == (0.6, 1.2, 0.4)
+    assert twice.obstacles[0].rpy == spec.obstacles[0].rpy and larger(small_spec(), 2.0).floor_z is None
+    posed = EvaluationSpec.of({**spec.to_dict(), "poses_per_voxel": 1, "target_poses": [[0.3, 0, 0.2, 0, 0, 0]]})
+    assert larger(posed, 2.0) == posed
+    # An arm that is as much larger as the scene reaches alike.
+    arm, asked = find_arm("xArm6"), small_spec(poses_per_voxel=2, floor_z=0.0, obstacles=boxes, **COMPLETE)
+    same, wide = (evaluate(arm.urdf(0.6 * k), larger(asked, k)).reach for k in (1.0, 2.0))
+    assert same == pytest.approx(wide, abs=0.5) and 0 < same < evaluate(arm.urdf(0.6), small_spec(**COMPLETE)).reach
 
 
 def test_the_commands(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

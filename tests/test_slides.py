@@ -18,12 +18,10 @@ from studies import mobo, run_study
 from mobo_core.arms.motors import Motors
 from mobo_core.arms.read import read_arm
 from mobo_core.arms.size import size
-from mobo_core.arms.straight import arm_of_chain
 from mobo_core.bag.collector import read_study
 from mobo_core.design import Design, DesignSpace, effective_joints, to_urdf
 from mobo_core.design.joints import count_orders, effective_orders, yaw_rule
 from mobo_core.design.prepared import PreparedXacro
-from mobo_core.errors import InputError
 from mobo_core.evaluation.chain import chain_from_urdf
 from mobo_core.evaluation.evaluate import evaluate, solve_poses
 from mobo_core.evaluation.reference import ReferenceModel
@@ -180,12 +178,10 @@ def test_a_study_with_slides(tmp_path: Path) -> None:
 
 
 def test_any_urdf_may_slide(tmp_path: Path) -> None:
-    """A found arm's slide gets the radius that the file or the caller says; joints that turn alone can be placed."""
+    """A found arm's slide gets the radius that the file or the caller says."""
     path = tmp_path / "arm.urdf"
     path.write_text(random_arm(2, slides=(1, 6)).replace('<slide radius="0.12"/>', ""))
     read = read_arm(path, "flange", slide_radius=0.3)
     chain = chain_from_urdf(read.urdf, read.tip)
     assert chain.slide.tolist() == [0.02, 0, 0, 0, 0, 0.3]
     assert ["turn6" in note for note in read.notes if "pinion of" in note] == [True]
-    with pytest.raises(InputError, match="joint 'turn1': slides; expected joints that turn"):
-        arm_of_chain(chain, "arm")

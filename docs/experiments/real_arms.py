@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mobo_core.arms.arm_joint import ArmJoint
 from mobo_core.arms.order import order_of
 from mobo_core.arms.read import read_arm
-from mobo_core.arms.real import ArmJoint, RealArm
+from mobo_core.arms.real import RealArm
 from mobo_core.arms.rigid import Placement, rotation_rpy
 from mobo_core.evaluation.chain import chain_from_urdf
 from mobo_core.outputs import write_whole

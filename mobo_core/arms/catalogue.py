@@ -11,7 +11,8 @@ from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from mobo_core.arms.real import ArmJoint, Order, RealArm
+from mobo_core.arms.arm_joint import ArmJoint
+from mobo_core.arms.real import Order, RealArm
 from mobo_core.arms.rigid import Placement
 from mobo_core.errors import InputError
 

@@ -4,6 +4,7 @@ A search over postures in which each joint's axis, or the way to the next joint,
 which the axes are nearest to right angles and the arm reaches highest. There an axis that is upright is a yaw; of
 those that lie, the first, and each first one after a yaw, is a pitch (where a yaw is at zero, nothing says), one along
 it a pitch too, one across it a roll. A wrist that can stand in two ways, as the UR arms' can, is named by the higher.
+A joint that slides stands in the middle of its stroke, and is a slide whichever way it goes.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ import math
 
 import numpy as np
 
-from mobo_core.arms.real import Array, Order, RealArm
-from mobo_core.arms.rigid import rotation
+from mobo_core.arms.real import Order, RealArm
+from mobo_core.arms.rigid import Array, rotation
 from mobo_core.design.joints import effective_joints
 
 _WIDTH = 400  # postures kept from joint to joint
@@ -28,7 +29,11 @@ def order_of(arm: RealArm) -> Order:
     axes, origins = axes @ base.T, origins @ base.T
     letters, heading = "", None
     skews = []
-    for axis in axes:
+    for joint, axis in zip(arm.joints, axes, strict=True):
+        if joint.slides:
+            letters += "S"
+            skews.append(math.acos(min(1.0, abs(axis[2]))))
+            continue
         if abs(axis[2]) > math.sqrt(0.5):
             letters, heading = letters + "Y", None
             skews.append(math.acos(min(1.0, abs(axis[2]))))
@@ -41,8 +46,18 @@ def order_of(arm: RealArm) -> Order:
         skews.append(max(math.asin(min(1.0, abs(axis[2]))), across))
     heights = np.diff(origins[:, 2])
     flat_way = np.linalg.norm(origins[:, :2] - origins[0, :2], axis=1)
-    lengths = tuple(float(max(0.0, height)) for height in heights)
-    return Order(effective_joints(letters), tuple(q.tolist()), max(skews), float(flat_way.max()), lengths)
+    built, lengths = _buildable(letters, [float(max(0.0, height)) for height in heights])
+    return Order(built, tuple(q.tolist()), max(skews), float(flat_way.max()), lengths)
+
+
+def _buildable(letters: str, lengths: list[float]) -> tuple[str, tuple[float, ...]]:
+    """Return the order as built, and its lengths. A slide right after a yaw is put before it: it does the same."""
+    rows = list(zip(letters, lengths, strict=True))
+    for i in range(1, len(rows)):
+        before = effective_joints("".join(letter for letter, _ in rows[:i]))
+        if rows[i][0] == "S" and before[-1] == "Y":
+            rows[i - 1], rows[i] = rows[i], rows[i - 1]
+    return effective_joints("".join(letter for letter, _ in rows)), tuple(length for _, length in rows)
 
 
 def upright(arm: RealArm) -> Array:
@@ -67,12 +82,13 @@ def _straightened(arm: RealArm) -> Array:
     for i, joint in enumerate(arm.joints):
         axis = np.array(joint.axis)
         after = arm.joints[i + 1] if i + 1 < arm.n else None
-        way = np.array((after.placed if after else arm.tip).xyz)
+        way = joint.shift(joint.middle) + np.array(arm.ends[i])
         following = after.placed.matrix @ np.array(after.axis) if after else None
         grown = []
         for cost, q, turned, height in states:
-            for angle in _angles(turned, axis, [v for v in (way, following) if v is not None]):
-                now = turned @ rotation(axis, angle)
+            wanted = [v for v in (way, following) if v is not None]
+            for angle in [joint.middle] if joint.slides else _angles(turned, axis, wanted):
+                now = turned @ joint.rotation(angle)
                 high = height + float((now @ way)[2])
                 off = 0.0 if following is None else _off(now @ following)
                 more = cost + skewed * off

@@ -1,7 +1,7 @@
 """Where an arm stands in an atlas: its point, and how far it is from the front of all and of its own order.
 
 The arm is scaled to the atlas's arms: straightened as long as they are, with their masses and radius, its own offsets
-and limits kept. So what differs is its structure.
+and limits kept, strokes scaled. So what differs is its structure.
 """
 
 from __future__ import annotations
@@ -93,10 +93,10 @@ def other_poses(spec: EvaluationSpec, times: int = TIMES_POSES) -> EvaluationSpe
 
 
 def space_of(space: DesignSpace, n: int) -> DesignSpace:
-    """Return the space whose masses and radius an arm of ``n`` joints is given: itself, or one of as many joints."""
+    """Return the space whose masses, radius and pinions an arm of ``n`` joints gets: itself, or one of as many."""
     if n == space.n_joints:
         return space
-    shared = ("link_radius", "link_density", "max_length", "motor_mass", "joint_limit")
+    shared = ("link_radius", "link_density", "max_length", "motor_mass", "joint_limit", "slide_stroke", "slide_radius")
     values = {name: getattr(space, name) for name in shared}
     values = {name: value for name, value in values.items() if not isinstance(value, tuple)}
     return DesignSpace.of({"n_joints": n, **values})

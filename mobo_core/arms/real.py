@@ -8,14 +8,13 @@ from dataclasses import dataclass
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mobo_core.arms.rigid import Placement, Triple, rotation
+from mobo_core.arms.arm_joint import ArmJoint, motor_place
+from mobo_core.arms.links import Body, bodies_of, heavier, inertial_text, tube_text, tubes_of
+from mobo_core.arms.rigid import Array, Placement, Triple
 from mobo_core.design import DesignSpace
 from mobo_core.design.numbers import middle, of_joint
 from mobo_core.evaluation.urdf_xml import text
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -24,8 +23,8 @@ class Order:
 
     Attributes:
         joints: in our letters, as built.
-        q: (n,) rad, the straightened posture.
-        skew: rad, the farthest that an axis is off x, y or z there.
+        q: (n,) rad, the straightened posture; of joints that slide m, the middle of their strokes.
+        skew: rad, the farthest that an axis is off x, y or z there; that of a joint that slides, off z.
         offset: m, the farthest that a joint's origin or the tip is off the vertical through the first joint.
         lengths: m, heights from joint to joint and to the tip, none below 0; the idealised twin's but for scale.
     """
@@ -40,16 +39,6 @@ class Order:
         """Return the lengths of the twin of ``total`` m: the same joints straight above each other."""
         whole = math.fsum(self.lengths)
         return tuple(total * length / whole for length in self.lengths)
-
-
-@dataclass(frozen=True)
-class ArmJoint:
-    """A joint that turns: its frame in that of the joint before, its axis there, and its limits in rad."""
-
-    placed: Placement
-    axis: Triple
-    lower: float
-    upper: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +77,15 @@ class RealArm:
         return ("shapes",) if self.bodies is not None else ("masses", "shapes")
 
     @property
+    def ends(self) -> tuple[Triple, ...]:
+        """M, where the next joint's origin is in each joint's frame; the tip in the last one's."""
+        return (*(joint.placed.xyz for joint in self.joints[1:]), self.tip.xyz)
+
+    @property
     def segments(self) -> tuple[float, ...]:
-        """M, from each joint's origin to the next one's, the last to the tip."""
-        ends = [*(joint.placed for joint in self.joints[1:]), self.tip]
-        return tuple(math.hypot(*end.xyz) for end in ends)
+        """M, from each joint's origin to the next one's, the last to the tip; slides in the middle of their strokes."""
+        pairs = zip(self.joints, self.ends, strict=True)
+        return tuple(math.hypot(*(joint.shift(joint.middle) + np.array(end))) for joint, end in pairs)
 
     @property
     def length(self) -> float:
@@ -102,7 +96,7 @@ class RealArm:
         return math.fsum(self.segments if self.order is None else self.order.lengths)
 
     def frames(self, q: Array) -> tuple[Array, Array, Array]:
-        """Return axes (n, 3), origins (n + 1, 3) in m, and the tip's rotation (3, 3), at ``q`` in rad.
+        """Return axes (n, 3), origins (n + 1, 3) in m, and the tip's rotation (3, 3), at ``q`` in rad or m.
 
         The last origin is the tip. The first joint's origin is that of the base frame: what is below it is left out.
         """
@@ -113,7 +107,8 @@ class RealArm:
             turned = turned @ joint.placed.matrix
             axes.append(turned @ np.array(joint.axis))
             origins.append(at)
-            turned = turned @ rotation(np.array(joint.axis), float(q[i]))
+            at = at + turned @ joint.shift(float(q[i]))
+            turned = turned @ joint.rotation(float(q[i]))
         origins.append(at + turned @ np.array(self.tip.xyz))
         return np.array(axes), np.array(origins), turned @ self.tip.matrix
 
@@ -123,82 +118,64 @@ class RealArm:
         """Return the arm as URDF, its first joint at the base's origin.
 
         Args:
-            total: m, what :attr:`length` is scaled to; as it is if None.
-            space: masses and radius of its links; None: as the source has them, else those of the default space,
-                scaled with the arm as solid bodies are.
-            added: joint (from 0) -> kg more than that, or less, at its origin; what is left is above 0.
+            total: m, what :attr:`length` is scaled to, strokes with it; as it is if None.
+            space: masses and radius of its links, and pinions of its slides; None: as the source has them, else those
+                of the default space, scaled with the arm as solid bodies are.
+            added: joint (from 0) -> kg more than that, or less, where its motor is; what is left is above 0.
         """
-        scale = 1.0 if total is None else total / self.length
-        using = space or DesignSpace()
-        bodies = self._carried(scale, space)
+        joints, ends, radius = self._sized(total, space)
+        bodies = self._carried(total, space)
         for number, more in (added or {}).items():
-            mass, com = bodies[number]
-            bodies[number] = mass + more, tuple(mass * c / (mass + more) for c in com)
-        radius = of_joint(using.link_radius, 0) * self._grown(scale, space)
+            on, at = motor_place(joints, number)
+            if on >= 0:
+                bodies[on] = heavier(bodies[on], more, at)
         lines = [f"<robot name={quoteattr(self.name)}>", '<link name="base_link"/>']
-        ends = [*(joint.placed.xyz for joint in self.joints[1:]), self.tip.xyz]
-        for i, ((mass, com), end) in enumerate(zip(bodies, ends, strict=True), start=1):
-            lines.append(f'<link name="link_{i}">{_inertial(mass, com)}{_tube(end, scale, radius)}</link>')
+        for i, (joint, body, end) in enumerate(zip(joints, bodies, ends, strict=True), start=1):
+            tubes = "".join(tube_text(a, b, radius) for a, b in tubes_of(joint, end))
+            lines.append(f'<link name="link_{i}">{inertial_text(body)}{tubes}</link>')
         lines.append('<link name="tool"/>')
-        for i, joint in enumerate(self.joints):
-            xyz = tuple(scale * v for v in joint.placed.xyz) if i else (0.0, 0.0, 0.0)
+        for i, joint in enumerate(joints):
+            xyz = joint.placed.xyz if i else (0.0, 0.0, 0.0)
+            kind, slide = ("prismatic", f'<slide radius="{joint.slide!r}"/>') if joint.slides else ("revolute", "")
             parent = f"link_{i}" if i else "base_link"
             lines.append(
-                f'<joint name="joint_{i + 1}" type="revolute"><parent link="{parent}"/><child link="link_{i + 1}"/>'
+                f'<joint name="joint_{i + 1}" type="{kind}"><parent link="{parent}"/><child link="link_{i + 1}"/>'
                 f'<origin xyz="{text(xyz)}" rpy="{text(joint.placed.rpy)}"/><axis xyz="{text(joint.axis)}"/>'
-                f'<limit lower="{joint.lower!r}" upper="{joint.upper!r}"/></joint>'
+                f'<limit lower="{joint.lower!r}" upper="{joint.upper!r}"/>{slide}</joint>'
             )
-        xyz = tuple(scale * v for v in self.tip.xyz)
         lines.append(
             f'<joint name="tip" type="fixed"><parent link="link_{self.n}"/><child link="tool"/>'
-            f'<origin xyz="{text(xyz)}" rpy="{text(self.tip.rpy)}"/></joint></robot>'
+            f'<origin xyz="{text(ends[-1])}" rpy="{text(self.tip.rpy)}"/></joint></robot>'
         )
         return "\n".join(lines)
 
     def masses(self, total: float | None = None, space: DesignSpace | None = None) -> tuple[float, ...]:
         """Return kg that each joint carries, of the arm as :meth:`urdf` writes it."""
-        scale = 1.0 if total is None else total / self.length
-        return tuple(mass for mass, _ in self._carried(scale, space))
+        return tuple(mass for mass, _ in self._carried(total, space))
+
+    def scale(self, total: float | None) -> float:
+        """Return how much larger the arm is when its :attr:`length` is ``total`` m; 1 if None."""
+        return 1.0 if total is None else total / self.length
+
+    def _sized(
+        self, total: float | None, space: DesignSpace | None
+    ) -> tuple[tuple[ArmJoint, ...], tuple[Triple, ...], float]:
+        """Return joints, ends and the links' radius (m) of the arm as large as it is wanted."""
+        scale = self.scale(total)
+        radii: list[float | None] = [None] * self.n
+        if space is not None:
+            radii = [of_joint(space.slide_radius, i if self.n == space.n_joints else 0) for i in range(self.n)]
+        joints = tuple(joint.scaled(scale, radius) for joint, radius in zip(self.joints, radii, strict=True))
+        ends = tuple(tuple(scale * v for v in end) for end in self.ends)
+        return joints, ends, of_joint((space or DesignSpace()).link_radius, 0) * self._grown(scale, space)
 
     def _grown(self, scale: float, space: DesignSpace | None) -> float:
         """Return how much larger than an arm of the design space its links and motors are."""
         return scale * self.length / middle(DesignSpace().total_length) if space is None else 1.0
 
-    def _carried(self, scale: float, space: DesignSpace | None) -> list[tuple[float, Triple]]:
+    def _carried(self, total: float | None, space: DesignSpace | None) -> list[Body]:
+        scale = self.scale(total)
         if self.bodies is not None and space is None:
             return [(mass * scale**3, tuple(scale * c for c in com)) for mass, com in self.bodies]
-        return self._bodies(space or DesignSpace(), scale, self._grown(scale, space))
-
-    def _bodies(self, space: DesignSpace, scale: float, grown: float) -> list[tuple[float, Triple]]:
-        """Return the masses of a design space: a motor at each joint's origin, and links half-way along."""
-        ends = [*(joint.placed.xyz for joint in self.joints[1:]), self.tip.xyz]
-        found = []
-        for i, (end, segment) in enumerate(zip(ends, self.segments, strict=True)):
-            radius, density, motor = (
-                of_joint(value, 0 if len(ends) != space.n_joints else i)
-                for value in (space.link_radius, space.link_density, space.motor_mass)
-            )
-            link = math.pi * (radius * grown) ** 2 * density * scale * segment
-            mass = link + motor * grown**3
-            share = 0.5 * scale * link / mass if mass > 0 else 0.0
-            found.append((mass, tuple(share * e for e in end)))
-        return found
-
-
-def _inertial(mass: float, com: Triple) -> str:
-    if mass <= 0:
-        return ""
-    moments = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
-    return f'<inertial><origin xyz="{text(com)}" rpy="0 0 0"/><mass value="{mass!r}"/>{moments}</inertial>'
-
-
-def _tube(end: Triple, scale: float, radius: float) -> str:
-    """Return the collision shape from a joint's origin to ``end``, if that is elsewhere."""
-    length = math.hypot(*end)
-    if length <= 1e-6:
-        return ""
-    x, y, z = end
-    xyz, rpy = tuple(0.5 * scale * v for v in end), (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x))
-    size = f'radius="{radius!r}" length="{scale * length!r}"'
-    place = f'<origin xyz="{text(xyz)}" rpy="{text(rpy)}"/>'
-    return f"<collision>{place}<geometry><cylinder {size}/></geometry></collision>"
+        joints, ends, radius = self._sized(total, space)
+        return bodies_of(joints, ends, space or DesignSpace(), radius, self._grown(scale, space))

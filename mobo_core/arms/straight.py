@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from mobo_core.arms.arm_joint import ArmJoint
 from mobo_core.arms.order import order_of, upright
-from mobo_core.arms.real import ArmJoint, Array, RealArm
-from mobo_core.arms.rigid import Placement, rotation, rotation_rpy
-from mobo_core.errors import InputError
+from mobo_core.arms.real import RealArm
+from mobo_core.arms.rigid import Array, Placement, rotation, rotation_rpy
 from mobo_core.evaluation.chain import Chain
 
 
@@ -19,20 +19,14 @@ def arm_of_chain(chain: Chain, name: str, source: str = "") -> RealArm:
     """Return the arm that a chain is, with its joint order; it takes a second or so.
 
     Args:
-        chain: its joint frames turn about z.
+        chain: its joints turn about z, or slide along it.
         name: of the arm.
         source: the file it is from.
-
-    Raises:
-        InputError: a joint slides; what is changed and drawn here are joints that turn.
     """
-    for joint, radius in zip(chain.joint_names, chain.slide, strict=True):
-        if radius > 0:
-            raise InputError("slides", where=f"urdf joint {joint!r}", expected="joints that turn, or --set to hold it")
     joints = tuple(
-        ArmJoint(_placed(turned, at), (0.0, 0.0, 1.0), float(lower), float(upper))
-        for turned, at, lower, upper in zip(
-            chain.placement_r, chain.placement_p, chain.lower, chain.upper, strict=True
+        ArmJoint(_placed(turned, at), (0.0, 0.0, 1.0), float(lower), float(upper), float(slide))
+        for turned, at, lower, upper, slide in zip(
+            chain.placement_r, chain.placement_p, chain.lower, chain.upper, chain.slide, strict=True
         )
     )
     bodies = tuple((float(mass), tuple(com.tolist())) for mass, com in zip(chain.mass, chain.com, strict=True))
@@ -58,7 +52,7 @@ def longer(arm: RealArm, link: int, by: float) -> RealArm:
     assert arm.order is not None
     turned = np.eye(3)
     for joint, q in zip(arm.joints[: link + 1], arm.order.q, strict=False):
-        turned = turned @ joint.placed.matrix @ rotation(np.array(joint.axis), q)
+        turned = turned @ joint.placed.matrix @ joint.rotation(q)
     up = upright(arm).T @ np.array([0.0, 0.0, 1.0])
     step = by * (turned.T @ up)
     if link == arm.n - 1:
@@ -73,7 +67,7 @@ def _moved(placed: Placement, step: Array) -> Placement:
 
 
 def limited(arm: RealArm, joint: int, lower: float, upper: float) -> RealArm:
-    """Return the arm with other limits of a joint (from 0), rad."""
+    """Return the arm with other limits of a joint (from 0), rad or m."""
     joints = list(arm.joints)
     joints[joint] = replace(joints[joint], lower=lower, upper=upper)
     return replace(arm, joints=tuple(joints))

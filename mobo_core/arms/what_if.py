@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from mobo_core.arms.arm_joint import ArmJoint, motor_place
 from mobo_core.arms.real import RealArm
 from mobo_core.arms.resample import Interval, Resamples, Score
 from mobo_core.arms.straight import leaning, limited, longer
@@ -14,7 +15,7 @@ from mobo_core.design import DesignSpace
 
 By = Literal["both", "reach", "torque", "peak"]
 
-LINK_MM, LIMIT_DEG, MASS_G, TILT_DEG = 10.0, 10.0, 100.0, 10.0
+LINK_MM, LIMIT_DEG, STROKE_MM, MASS_G, TILT_DEG = 10.0, 10.0, 10.0, 100.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -55,40 +56,52 @@ class WhatIf:
 
 
 def alterations(arm: RealArm, total: float | None, space: DesignSpace | None) -> Iterator[Altered]:
-    """Yield an arm with each link 10 mm longer and shorter, each limit 10° farther and nearer, 100 g more and less at
-    each joint, and the base leaning 10° towards x, y and away from them; those that cannot be are left out.
+    """Yield an arm with each link 10 mm longer and shorter, each limit 10° (of a slide 10 mm) farther and nearer, 100 g
+    more and less at each joint's motor, and the base leaning 10° towards x, y and away from them; those that cannot be
+    are left out.
 
     Args:
-        arm: with its order; lengths are those of the arm as it is evaluated.
+        arm: with its order; lengths and strokes are those of the arm as it is evaluated.
         total: m, as in :meth:`RealArm.urdf`.
         space: likewise.
     """
     assert arm.order is not None
-    scale = 1.0 if total is None else total / arm.length
+    scale = arm.scale(total)
     for link, length in enumerate(arm.order.lengths):
         for mm in (LINK_MM, -LINK_MM):
             if mm > 0 or 1e3 * scale * length >= LINK_MM:
                 changed = longer(arm, link, 1e-3 * mm / scale)
                 yield Altered(f"link {link + 1} {mm:+.0f} mm", "link", changed.urdf(total, space))
     for i, joint in enumerate(arm.joints):
-        for end, sign in (("upper", 1.0), ("lower", -1.0)):
-            for degrees in (LIMIT_DEG, -LIMIT_DEG):
-                by = sign * math.radians(degrees)
-                ends = (joint.lower, joint.upper + by) if end == "upper" else (joint.lower + by, joint.upper)
-                if ends[0] < ends[1]:
-                    at = math.degrees(ends[1] if end == "upper" else ends[0])
-                    text = f"joint {i + 1} {end} limit {sign * degrees:+.0f}°, to {at:.0f}°"
-                    yield Altered(text, "limit", limited(arm, i, *ends).urdf(total, space))
+        for change, ends in _other_limits(joint, scale):
+            yield Altered(f"joint {i + 1} {change}", "limit", limited(arm, i, *ends).urdf(total, space))
     masses = arm.masses(total, space)
-    for i, mass in enumerate(masses):
+    for i in range(arm.n):
+        on, _ = motor_place(arm.joints, i)
         for grams in (-MASS_G, MASS_G):
-            if mass + 1e-3 * grams > 0:
+            if on >= 0 and masses[on] + 1e-3 * grams > 0:
                 yield Altered(f"joint {i + 1} {grams:+.0f} g", "mass", arm.urdf(total, space, {i: 1e-3 * grams}))
     # Right-handed: about y to lean towards x, about -x to lean towards y.
     for name, axis in (("x", (0.0, 1.0, 0.0)), ("y", (-1.0, 0.0, 0.0))):
         for degrees in (TILT_DEG, -TILT_DEG):
             leant = leaning(arm, axis, math.radians(degrees))
             yield Altered(f"base {degrees:+.0f}° towards {name}", "base", leant.urdf(total, space))
+
+
+def _other_limits(joint: ArmJoint, scale: float) -> Iterator[tuple[str, tuple[float, float]]]:
+    """Yield changes of a joint's limits in words, and the limits; the arm is evaluated ``scale`` times as large."""
+    # A unit as it is printed, in rad or m of the arm that is changed.
+    by, unit, one = (STROKE_MM, " mm", 1e-3 / scale) if joint.slides else (LIMIT_DEG, "°", math.radians(1.0))
+    for end, sign in (("upper", 1.0), ("lower", -1.0)):
+        for change in (sign * by, -sign * by):
+            lower, upper = joint.lower, joint.upper
+            if end == "upper":
+                upper += change * one
+            else:
+                lower += change * one
+            if lower < upper:
+                to = (upper if end == "upper" else lower) / one
+                yield f"{end} limit {change:+.0f}{unit}, to {to:.0f}{unit}", (lower, upper)
 
 
 def what_if(

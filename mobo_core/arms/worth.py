@@ -17,8 +17,10 @@ class Worth:
     """Three evaluations of an arm.
 
     Attributes:
-        own: as it is, in a workspace as much larger than the spec's as it is longer than an arm of the space.
-        scaled: scaled to the space's total length, with the space's masses, its own offsets and limits.
+        own: as it is, in a workspace as much larger than the spec's, floor and boxes with it, as it is longer than an
+            arm of the space.
+        scaled: scaled to the space's total length, strokes with it, with the space's masses, its own offsets and
+            limits.
         twin: the idealised twin in the space: its joint order and the ratio of its lengths alone.
     """
 
@@ -55,6 +57,19 @@ def worth(arm: RealArm, spec: EvaluationSpec, space: DesignSpace | None = None, 
 
 
 def larger(spec: EvaluationSpec, times: float) -> EvaluationSpec:
-    """Return the same question in a workspace so many times as large, with as many voxels."""
+    """Return the same question in a workspace so many times as large, with as many voxels.
+
+    Floor and boxes are part of the workspace and grow with it; tool and payload stay as they are. Given poses are
+    places in m: where they are asked all stays.
+    """
+    if spec.target_poses:
+        return spec
+    around: dict[str, object] = {
+        "floor_z": None if spec.floor_z is None else times * spec.floor_z,
+        "obstacles": [
+            {"centre": [times * v for v in box.centre], "rpy": box.rpy, "size": [times * v for v in box.size]}
+            for box in spec.obstacles
+        ],
+    }
     box = {name: tuple(times * v for v in getattr(spec, name)) for name in ("workspace_min", "workspace_max")}
-    return EvaluationSpec.of({**spec.to_dict(), **box, "voxel_size": times * spec.voxel_size})
+    return EvaluationSpec.of({**spec.to_dict(), **box, **around, "voxel_size": times * spec.voxel_size})

@@ -1,4 +1,4 @@
-"""``mobo arms``: arms that exist, from a catalogue with sources, and what they are worth."""
+"""``mobo arms``: arms that exist, from a catalogue with sources or from files, and what they are worth."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 from mobo_core.commands import arms_place
 from mobo_core.commands.arm_values import arm_dict
 from mobo_core.commands.parsing import Verbs
+from mobo_core.commands.real_arm import add_file_arguments, named_arm, refuse_file_arguments
 
 
 def add(verbs: Verbs) -> None:
@@ -68,14 +69,22 @@ def _add_evaluate(kinds: Verbs) -> None:
         help="reach and torque of arms: as they are, scaled, and idealised",
         description="Evaluate arms three times: as they are (own), in a workspace as much larger as they are longer\n"
         "than an arm of the design space; scaled to its total length with its masses, offsets and limits\n"
-        "kept (scaled); and the joint order with the ratio of lengths alone, in the design space (twin).",
-        epilog="examples:\n  mobo arms evaluate Panda --json\n  mobo arms evaluate -o build/arms",
+        "kept (scaled); and the joint order with the ratio of lengths alone, in the design space (twin).\n\n"
+        "A spec's floor and boxes grow with the workspace of the first (own); tool and payload do not,\n"
+        "and with given poses nothing does: they, and what stands around them, are places in m.",
+        epilog="examples:\n"
+        "  mobo arms evaluate Panda --json\n"
+        "  mobo arms evaluate my.urdf --tip tool0\n"
+        "  mobo arms evaluate -o build/arms",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("names", nargs="*", metavar="NAME", help="arms [all]")
+    parser.add_argument(
+        "names", nargs="*", metavar="ARM", help="names that `mobo arms list` prints, or robots' files [all names]"
+    )  # fmt: skip
     parser.add_argument("--spec", help="preset (paper, paper_fine, mobo) or YAML file [mobo]")
     parser.add_argument("-o", "--output", metavar="DIR", help="write index.html, with all drawn, and arms.json")
     parser.add_argument("--json", action="store_true", help="print everything as JSON")
+    add_file_arguments(parser)
     parser.set_defaults(run=run_evaluate)
 
 
@@ -130,7 +139,7 @@ def run_show(args: argparse.Namespace) -> int:
 
 def run_evaluate(args: argparse.Namespace) -> int:
     """Evaluate arms; print them, and write the page."""
-    from mobo_core.arms.catalogue import MISSING, catalogue, find_arm
+    from mobo_core.arms.catalogue import MISSING, catalogue
     from mobo_core.arms.worth import worth
     from mobo_core.commands.progress import bar
     from mobo_core.evaluation import DEFAULT_PRESET, load_spec
@@ -138,7 +147,9 @@ def run_evaluate(args: argparse.Namespace) -> int:
     from mobo_core.report.page.gallery import gallery_page
 
     spec = load_spec(args.spec or DEFAULT_PRESET)
-    arms = [find_arm(name) for name in args.names] or list(catalogue())
+    if not args.names:
+        refuse_file_arguments(args, "the catalogue", tip=True)
+    arms = [named_arm(args, name, quiet=args.json) for name in args.names] or list(catalogue())
     if args.output:
         make_folder(Path(args.output))
     found = []

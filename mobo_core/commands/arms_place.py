@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mobo_core.commands.arm_values import arm_dict
 from mobo_core.commands.parsing import Verbs
-from mobo_core.commands.real_arm import add_file_arguments, read_file_argument, refuse_file_arguments
+from mobo_core.commands.real_arm import add_file_arguments, named_arm
 from mobo_core.errors import InputError, visible
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from mobo_core.arms.place import Distance, Place, Rival
-    from mobo_core.arms.real import RealArm
     from mobo_core.arms.resample import Interval
     from mobo_core.arms.what_if import WhatIf
     from mobo_core.atlas.atlas import Atlas
 
 _TOP = 20
+_ASKEW = math.radians(30)  # from here on an order says little of an arm
 
 
 def add(kinds: Verbs) -> None:
@@ -56,30 +57,6 @@ def add(kinds: Verbs) -> None:
     parser.add_argument("--json", action="store_true", help="everything, as JSON")
     add_file_arguments(parser)
     parser.set_defaults(run=run)
-
-
-def named_arm(args: argparse.Namespace, *, quiet: bool = False) -> RealArm:
-    """Return the arm that a file or a name of the catalogue gives, with its order.
-
-    Raises:
-        InputError: neither.
-    """
-    from mobo_core.arms.catalogue import find_arm
-    from mobo_core.commands.reading import notice
-
-    path = Path(args.arm)
-    if not (path.exists() or path.suffix.lower() in (".urdf", ".xacro", ".xml") or "/" in args.arm):
-        refuse_file_arguments(args, "an arm of the catalogue")
-        if args.tip:
-            raise InputError("--tip for an arm of the catalogue", where="arguments", expected="with a robot's file")
-        return find_arm(args.arm)
-    from mobo_core.arms.straight import arm_of_chain, name_of_file
-    from mobo_core.evaluation.chain import chain_from_urdf
-
-    read = read_file_argument(args, args.arm, quiet=quiet, shapes=False)
-    chain = chain_from_urdf(read.urdf, read.tip)
-    with notice(f"straightening {args.arm}"):
-        return arm_of_chain(chain, name_of_file(args.arm), args.arm)
 
 
 def _atlas(among: str | None) -> tuple[Atlas, str]:
@@ -117,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
     atlas, name = _atlas(args.among)
     if not len(atlas):
         raise InputError("no complete trial", where=name, expected="a study with at least one arm evaluated")
-    arm = named_arm(args, quiet=args.json)
+    arm = named_arm(args, args.arm, quiet=args.json)
     with bar("placing", quiet=args.json) as progress:
         found = place(arm, atlas, progress)
     changes = _changes(args, found, atlas)
@@ -229,7 +206,9 @@ def _print_place(found: Place, atlas: Atlas, name: str, few: str) -> None:
         print(f"  {few}")
     _print_distance(found.of_all, atlas, "arm")
     if found.of_order is None:
-        print(f"its own order {arm.order.joints}: none in the atlas, whose arms have {atlas.lengths.shape[1]} joints")
+        n = atlas.lengths.shape[1]
+        slide = " that turn" if "S" in arm.order.joints and arm.n == n else ""
+        print(f"its own order {arm.order.joints}: none in the atlas, whose arms have {n} joints{slide}")
         return
     print(f"front of its own order {arm.order.joints}: {found.trials_of_order:,} trials")
     _print_distance(found.of_order, atlas, f"{arm.order.joints} arm")
@@ -260,6 +239,9 @@ def _print_changes(found: Place, changes: Sequence[WhatIf], args: argparse.Names
     }  # fmt: skip
     what = "scaled" if args.what_if == "scaled" else "with its own size and masses"
     print(f"what if, {what}; by {sense[args.by]}; ± of 95 %")
+    sliding = [str(i) for i, joint in enumerate(found.arm.joints, start=1) if joint.slides]
+    if sliding:
+        print(f"joints that slide ({', '.join(sliding)}): N m of their force at a pinion, docs/settings.md")
     joints = "".join(f"{f'peak {i + 1}':>12}" for i in range(found.arm.n))
     print(f"{'change':34}{'reach':>14}{'torque N m':>16}{joints}")
     for change in changes[: args.top]:

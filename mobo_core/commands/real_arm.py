@@ -5,12 +5,16 @@ from __future__ import annotations
 import argparse
 import math
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mobo_core.errors import InputError
 
 if TYPE_CHECKING:
     from mobo_core.arms.read import ReadArm
+    from mobo_core.arms.real import RealArm
+
+_LEAST_HEIGHT = 1e-3  # m
 
 
 def add_file_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,10 +70,42 @@ def read_file_argument(args: argparse.Namespace, path: str, *, quiet: bool = Fal
     return arm
 
 
-def refuse_file_arguments(args: argparse.Namespace, source: str) -> None:
-    """Raise InputError if an argument of a robot's file is given beside ``source``, which is none."""
+def is_file(arm: str) -> bool:
+    """Return whether an argument is the path of a robot's file, and not a name of the catalogue."""
+    path = Path(arm)
+    return path.exists() or path.suffix.lower() in (".urdf", ".xacro", ".xml") or "/" in arm
+
+
+def named_arm(args: argparse.Namespace, arm: str, *, quiet: bool = False) -> RealArm:
+    """Return the arm that a file or a name of the catalogue gives, with its order.
+
+    Raises:
+        InputError: neither, or one that has no height.
+    """
+    from mobo_core.arms.catalogue import find_arm
+    from mobo_core.commands.reading import notice
+
+    if not is_file(arm):
+        refuse_file_arguments(args, "an arm of the catalogue", tip=True)
+        return find_arm(arm)
+    from mobo_core.arms.straight import arm_of_chain, name_of_file
+    from mobo_core.evaluation.chain import chain_from_urdf
+
+    read = read_file_argument(args, arm, quiet=quiet, shapes=False)
+    chain = chain_from_urdf(read.urdf, read.tip)
+    with notice(f"straightening {arm}"):
+        found = arm_of_chain(chain, name_of_file(arm), arm)
+    if found.length < _LEAST_HEIGHT:
+        what = f"{found.length:g} m high above its first joint, straightened"
+        raise InputError(what, where=arm, expected="an arm that can be scaled by its height")
+    return found
+
+
+def refuse_file_arguments(args: argparse.Namespace, source: str, *, tip: bool = False) -> None:
+    """Raise InputError if an argument of a robot's file (``tip``: or --tip) is given with ``source``, which is none."""
     given = {"--set": args.held, "--package-dir": args.package_dirs, "--srdf": args.srdf, "--xacro": args.xacro}
     given |= {"--pairs": args.pairs != "rest", "--slide-radius": args.slide_radius is not None}
+    given |= {"--tip": tip and args.tip}
     for name, value in given.items():
         if value:
             raise InputError(f"{name} for {source}", where="arguments", expected=f"{name} with a robot's file alone")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from mobo_core.commands.arm_arguments import add_arm_arguments, arm_design, refuse_arm
 from mobo_core.commands.parsing import Verbs
-from mobo_core.commands.real_arm import add_file_arguments, read_file_argument, refuse_file_arguments
+from mobo_core.commands.real_arm import add_file_arguments, is_file, read_file_argument, refuse_file_arguments
 from mobo_core.errors import InputError, visible
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def _asked(args: argparse.Namespace) -> _Asked:
         if args.spec is None:
             chain = chain_from_urdf(read.urdf, read.tip)
             with notice(f"straightening {args.arm}"):
-                length = chain.reach_radius if chain.slide.any() else arm_of_chain(chain, "").length
+                length = arm_of_chain(chain, "").length or chain.reach_radius
         spec = _spec(args.spec, length, read.urdf, read.tip)
         return _Asked(read.urdf, read.tip, spec, args.arm, _one_each(given, read.urdf, read.tip))
     refuse_file_arguments(args, "an arm of the catalogue")
@@ -145,12 +145,6 @@ def _asked(args: argparse.Namespace) -> _Asked:
     urdf = arm.urdf()
     spec = _spec(args.spec, arm.length, urdf, args.tip)
     return _Asked(urdf, args.tip, spec, arm.name, _one_each(given, urdf, args.tip))
-
-
-def is_file(arm: str) -> bool:
-    """Return whether an argument is the path of a robot's file, and not a name of the catalogue."""
-    path = Path(arm)
-    return path.exists() or path.suffix.lower() in (".urdf", ".xacro", ".xml") or "/" in arm
 
 
 def _spec(named: str | None, length: float, urdf: str, tip: str) -> EvaluationSpec:

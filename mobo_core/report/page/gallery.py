@@ -28,7 +28,8 @@ def gallery_page(arms: Sequence[tuple[RealArm, Worth]], n_voxels: int, missing: 
             arm.name, arm.maker, arm.order.joints if arm.order else "", f"{arm.length:.2f}",
             "estimated" if "masses" in arm.estimated else "source",
             *(text for result in vars(found).values() for text in (f"{result.reach:.1f}", f"{result.torque:.0f}")),
-            f"{arm.source['package']} {arm.source['version']}", arm.licence,
+            " ".join(arm.source[key] for key in ("package", "version") if key in arm.source) or arm.source["path"],
+            arm.licence,
         ]
         for arm, found in order
     ]  # fmt: skip
@@ -57,7 +58,7 @@ def _card(arm: RealArm, found: Worth) -> str:
     off = f"{1e3 * order.offset:.0f} mm off the vertical"
     skew = f", axes up to {math.degrees(order.skew):.0f}° off right angles" if order.skew > 0.01 else ""
     words = (
-        f"<b>{escape(arm.maker)} {escape(arm.name)}</b> {order.joints}<br>{lengths} mm up, {off}{skew}.<br>"
+        f"<b>{escape(f'{arm.maker} {arm.name}'.strip())}</b> {order.joints}<br>{lengths} mm up, {off}{skew}.<br>"
         f"Reach {found.own.reach:.1f} own, {found.scaled.reach:.1f} scaled, {found.twin.reach:.1f} twin."
     )
     return f"<figure>{_drawing(arm)}<figcaption>{words}</figcaption></figure>"
