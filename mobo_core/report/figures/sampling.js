@@ -2,6 +2,7 @@
 mobo.view("sampling", (root, data, study) => {
   const { el } = mobo, { meta } = study;
   const objectives = meta.objectives;
+  study.realArms = data ?? [];
 
   // ---- which arms are shown
   const counts = new Array(meta.styles.length + 1).fill(0);
@@ -29,6 +30,10 @@ mobo.view("sampling", (root, data, study) => {
     study.on("filter", () => { box.checked = study.filter[name]; });
     return el("label.check", {}, box, label);
   };
+  const real = el("label.check", { title: "diamonds: real arms' twins in the study's space, hollow where no source says their masses" },
+    el("input", { type: "checkbox", checked: true, onchange: (event) => {
+      for (const scatter of mobo.scatters ?? [mobo.mainScatter]) { scatter.known = event.target.checked; scatter.drawOver(); }
+    } }), "real arms");
   const order = el("input.order", { type: "search", placeholder: "PRRY, *PYP, Y?P*", "aria-label": "joint order begins with, or a pattern of * and ?", autocapitalize: "characters", spellcheck: "false" });
   order.addEventListener("input", () => study.setFilter({ order: order.value.trim() }));
 
@@ -65,7 +70,7 @@ mobo.view("sampling", (root, data, study) => {
   tell();
   root.append(
     el("div.legend", { role: "group", "aria-label": "first four joints" }, chips),
-    el("div.filters", {}, el("label.field", {}, "order ", order), more, toggle("front only", "front"), toggle("above the reach floor", "useful"), shown, all),
+    el("div.filters", {}, el("label.field", {}, "order ", order), more, toggle("front only", "front"), toggle("above the reach floor", "useful"), study.realArms.length ? real : null, shown, all),
     rangesBox);
 
   // ---- the pictures
@@ -86,7 +91,7 @@ mobo.view("sampling", (root, data, study) => {
     const matrix = el("div.matrix");
     plot.append(matrix);
     const pairs = [[0, 1], [0, 2], [1, 2]];
-    mobo.scatters = pairs.map(([a, b]) => new mobo.Scatter(matrix, study, { x: objectives[a], y: objectives[b], small: true, title: `all arms by ${objectives[a]} and ${objectives[b]}` }));
+    mobo.scatters = pairs.map(([a, b]) => new mobo.Scatter(matrix, study, { x: objectives[a], y: objectives[b], known: study.realArms.length > 0, small: true, title: `all arms by ${objectives[a]} and ${objectives[b]}` }));
     mobo.mainScatter = mobo.scatters[0];
     mobo.parallel(plot, study, [...objectives, ...Array.from({ length: study.joints }, (_, i) => `length_${i + 1}`)]);
     root.append(keys());

@@ -30,8 +30,9 @@ mobo.jointColours = (meta, letter) => {
 };
 
 // The stretched arm with its joints along it, and the length of each link.
-mobo.strip = (study, row, width = 250) => {
-  const { el } = mobo, lengths = study.lengths(row).map((length) => length || 0), order = study.order(row), meta = study.meta;
+mobo.strip = (study, row, width = 250) => mobo.stripOf(study.meta, study.order(row), study.lengths(row), width);
+mobo.stripOf = (meta, order, found, width = 250) => {
+  const { el } = mobo, lengths = found.map((length) => length || 0);
   const total = lengths.reduce((a, b) => a + b, 0) || 1, right = 12, step = 13;
   const x = (at) => 9 + (at / total) * (width - 9 - right);
   const joints = [];

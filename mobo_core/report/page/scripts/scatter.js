@@ -46,15 +46,16 @@ mobo.Scatter = class {
   }
 
   fitted() {
-    const range = (values) => {
+    const range = (name, values) => {
       let low = Infinity, high = -Infinity;
-      for (const v of values) if (Number.isFinite(v)) { if (v < low) low = v; if (v > high) high = v; }
+      const more = this.known ? this.study.realArms.map((arm) => arm.values[name] ?? NaN) : [];
+      for (const all of [values, more]) for (const v of all) if (Number.isFinite(v)) { if (v < low) low = v; if (v > high) high = v; }
       if (!(low <= high)) return [0, 1];
       if (low >= 0 && low < 0.3 * high) low = 0;
       const pad = (this.small ? 0.07 : 0.04) * (high - low) || 0.5; // so that marks at the ends stay whole
       return [low - (low === 0 ? 0.4 : 1) * pad, high + pad];
     };
-    return { x: range(this.x.values), y: range(this.y.values) };
+    return { x: range(this.xName, this.x.values), y: range(this.yName, this.y.values) };
   }
 
   toX(value) { const { left, width } = this.inner, [a, b] = this.view.x; return left + ((value - a) / (b - a)) * width; }
@@ -168,7 +169,17 @@ mobo.Scatter = class {
     if (row !== this.hover) { this.hover = row; this.drawOver(); }
     if (row < 0) { this.tip.hidden = true; this.canvas.style.cursor = ""; return; }
     this.canvas.style.cursor = "pointer";
-    this.tip.replaceChildren(mobo.brief(this.study, row));
+    this.show(mobo.brief(this.study, row), px, py);
+  }
+
+  // Show what real arm is pointed at.
+  pointKnown(arm, px, py) {
+    this.point(-1);
+    this.show(mobo.knownBrief(this.study, arm), px, py);
+  }
+
+  show(content, px, py) {
+    this.tip.replaceChildren(content);
     this.tip.hidden = false;
     const right = px > this.width * 0.55, below = py < this.height * 0.45;
     this.tip.style.left = right ? "" : `${px + 16}px`;

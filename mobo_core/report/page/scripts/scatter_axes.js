@@ -73,7 +73,7 @@ mobo.scatterOver = (scatter) => {
       context.fillText(`floor ${mobo.short(floor)}`, x + 4, top + 11);
     }
   }
-  if (scatter.known) mobo.nameKnown(scatter, context, at);
+  if (scatter.known) mobo.nameKnown(scatter, context);
   for (const row of study.pins) circle(row, 9, mobo.theme.colour("pin"), 2.5);
   if (study.chosen >= 0) {
     circle(study.chosen, 8.5, mobo.theme.colour("plot"), 6);

@@ -3,6 +3,10 @@ mobo.listenTo = (scatter) => {
   const over = scatter.canvas, fingers = new Map();
   let moved = 0;
   const place = (event) => { const box = over.getBoundingClientRect(); return [event.clientX - box.left, event.clientY - box.top]; };
+  const hover = (now) => {
+    const arm = mobo.knownAt(scatter, ...now);
+    arm ? scatter.pointKnown(arm, ...now) : scatter.point(scatter.nearest(...now), ...now);
+  };
   over.addEventListener("pointerdown", (event) => {
     over.setPointerCapture(event.pointerId);
     fingers.set(event.pointerId, place(event));
@@ -10,7 +14,7 @@ mobo.listenTo = (scatter) => {
   });
   over.addEventListener("pointermove", (event) => {
     const now = place(event), before = fingers.get(event.pointerId);
-    if (!before) { if (event.pointerType !== "touch") scatter.point(scatter.nearest(...now), ...now); return; }
+    if (!before) { if (event.pointerType !== "touch") hover(now); return; }
     if (fingers.size === 1) {
       moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
       if (moved > 4) { scatter.point(-1); scatter.move(now[0] - before[0], now[1] - before[1]); }

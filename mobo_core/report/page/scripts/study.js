@@ -22,6 +22,7 @@ mobo.Study = class extends mobo.Events {
     this.chosen = -1;
     this.pins = [];
     this.groups = new Map();
+    this.realArms = []; // names, joints, values by name of the column, hollow: set by the sampling picture
   }
 
   order(row) { return this.orders[this.raw.order[row]]; }
