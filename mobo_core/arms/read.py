@@ -11,13 +11,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
-from xml.sax.saxutils import quoteattr
-
-import numpy as np
 
 from mobo_core.arms.collision import Capsules, Fitted, fit_links
+from mobo_core.arms.held import held_at, homes_of
 from mobo_core.arms.packages import Packages, read_description
-from mobo_core.arms.rigid import Inertial, Placement, joined, rotation, rotation_rpy
+from mobo_core.arms.plain_urdf import plain_urdf
+from mobo_core.arms.rigid import Placement
 from mobo_core.arms.robot import Joint, Robot, read_robot
 from mobo_core.arms.srdf import Pairs, read_srdf
 from mobo_core.arms.tips import find_tip
@@ -25,7 +24,7 @@ from mobo_core.errors import InputError
 from mobo_core.evaluation.capsules import listed_pairs
 from mobo_core.evaluation.chain import chain_from_urdf, rest_pairs
 from mobo_core.evaluation.urdf import SLIDE_RADIUS, check_urdf
-from mobo_core.evaluation.urdf_xml import parse, text
+from mobo_core.evaluation.urdf_xml import parse
 
 PairRule = Literal["rest", "adjacent"]
 
@@ -91,7 +90,7 @@ def read_arm(
     robot = read_robot(parse(read_description(str(path), packages, xacro or {})))
     found = find_tip(robot, tip)
     way = robot.path(found)
-    at = _held(robot, way, held or {})
+    at = held_at(robot, way, held or {})
     moving = [joint for joint in way if joint.moves and joint.name not in at]
     _check_way(robot, found, moving)
     for joint in moving:
@@ -100,14 +99,14 @@ def read_arm(
             what = f"its force counts as torque at a pinion of {slide_radius:g} m"
             robot.notes.append(f"joint {joint.name!r} slides: {what}")
     way = robot.path(found)
-    homes = _homes(robot, [robot.root, *(joint.child for joint in way)], at)
+    homes = homes_of(robot, [robot.root, *(joint.child for joint in way)], at)
     fitted = fit_links(robot, [link for link in robot.links if link in homes] if shapes else [], packages, progress)
     apart = None
     if srdf:
         apart = read_srdf(srdf, robot.links)
     elif pairs == "adjacent":
         apart = _neighbours(way, at, homes, list(fitted))
-    urdf = _plain(robot, way, at, homes, fitted, apart)
+    urdf = plain_urdf(robot, way, at, homes, fitted, apart)
     if apart is not None:
         touching = sorted(" and ".join(sorted(pair)) for pair in _touching(urdf, found))
         if touching:
@@ -115,7 +114,7 @@ def read_arm(
             robot.notes.append(f"{what}: {', '.join(touching[:4])}")
     elif any(each.fitted for each in fitted.values()):
         # By whole links: several capsules of one are no finer than its neighbours' fit.
-        urdf = _plain(robot, way, at, homes, fitted, _touching(urdf, found))
+        urdf = plain_urdf(robot, way, at, homes, fitted, _touching(urdf, found))
     return ReadArm(urdf, found, tuple(robot.notes), at, fitted)
 
 
@@ -126,34 +125,6 @@ def _touching(urdf: str, tip: str) -> Pairs:
     names = [shape.name for shape in checked.shapes]
     looked_at = listed_pairs(chain.capsule_joint, names, set()) if checked.apart is None else chain.pairs
     return {frozenset((names[i], names[j])) for i, j in looked_at.tolist() if (i, j) not in apart}
-
-
-def _held(robot: Robot, way: list[Joint], given: Mapping[str, float]) -> dict[str, float]:
-    """Return where each joint that does not move is held."""
-    joints = {joint.name: joint for joint in robot.joints.values() if joint.moves}
-    for name, value in given.items():
-        if name not in joints:
-            known = ", ".join(list(joints)[:8]) or "a robot with joints that move"
-            raise InputError(f"no joint {name!r} that moves", where="--set", expected=known)
-        joint = joints[name]
-        if joint.lower < joint.upper and not joint.lower - 1e-9 <= value <= joint.upper + 1e-9:
-            expected = f"{joint.lower:g} to {joint.upper:g}, its limits"
-            raise InputError(f"{value:g}", where=f"--set {name}", expected=expected)
-    on_way = {joint.name for joint in way}
-    at: dict[str, float] = {}
-
-    def place(name: str, seen: tuple[str, ...] = ()) -> float:
-        joint = joints[name]
-        if name in given:
-            return given[name]
-        if not joint.leader or joint.leader in on_way or joint.leader not in joints or name in seen:
-            return min(max(0.0, joint.lower), joint.upper)
-        return joint.multiplier * place(joint.leader, (*seen, name)) + joint.offset
-
-    for name in joints:
-        if name in given or name not in on_way:
-            at[name] = place(name)
-    return at
 
 
 def _check_way(robot: Robot, tip: str, moving: list[Joint]) -> None:
@@ -169,31 +140,6 @@ def _check_way(robot: Robot, tip: str, moving: list[Joint]) -> None:
             raise InputError("slides, and has no limits", where=where, expected=expected)
 
 
-def _placed(joint: Joint, at: Mapping[str, float]) -> Placement:
-    """Return where the child of a joint that is held stands in the parent."""
-    value = at.get(joint.name, 0.0)
-    if value == 0.0:
-        return joint.placed
-    if joint.kind == "prismatic":
-        return joint.placed.then(Placement(tuple(value * a for a in joint.axis)))
-    length = sum(a * a for a in joint.axis) ** 0.5
-    return joint.placed.then(Placement(rpy=rotation_rpy(rotation(np.array(joint.axis) / length, value))))
-
-
-def _homes(robot: Robot, way: list[str], at: Mapping[str, float]) -> dict[str, tuple[str, Placement]]:
-    """Return for each link the link of the way that it is part of, and where it stands in that."""
-    homes = {link: (link, Placement()) for link in way}
-    for link in robot.links:
-        above = []
-        while link not in homes:
-            above.append(robot.joints[link])
-            link = above[-1].parent
-        for joint in reversed(above):
-            home, placed = homes[joint.parent]
-            homes[joint.child] = home, placed.then(_placed(joint, at))
-    return homes
-
-
 def _neighbours(
     way: list[Joint], at: Mapping[str, float], homes: Mapping[str, tuple[str, Placement]], links: list[str]
 ) -> Pairs:
@@ -203,68 +149,3 @@ def _neighbours(
         number[joint.child] = number[joint.parent] + (joint.moves and joint.name not in at)
     carried = {link: number[homes[link][0]] for link in links}
     return {frozenset((a, b)) for a in links for b in links if a != b and abs(carried[a] - carried[b]) <= 1}
-
-
-def _plain(
-    robot: Robot,
-    way: list[Joint],
-    at: Mapping[str, float],
-    homes: Mapping[str, tuple[str, Placement]],
-    fitted: Mapping[str, Fitted],
-    apart: Pairs | None,
-) -> str:
-    lines = [f"<robot name={quoteattr(robot.name)}>"]
-    for link in (robot.root, *(joint.child for joint in way)):
-        parts = [part for part in robot.links if homes[part][0] == link]
-        lines.append(f"  <link name={quoteattr(link)}>")
-        lines += _inertial([(robot.bodies[part], homes[part][1]) for part in parts if part in robot.bodies])
-        for part in parts:
-            for shape in fitted[part].shapes if part in fitted else ():
-                placed = homes[part][1].then(shape.placed)
-                size = f'radius="{shape.radius!r}" length="{shape.length!r}"'
-                kind = f"<cylinder {size}/>" if shape.length > 0 else f'<sphere radius="{shape.radius!r}"/>'
-                lines.append(
-                    f"    <collision name={quoteattr(part)}>{_origin(placed)}<geometry>{kind}</geometry></collision>"
-                )
-        lines.append("  </link>")
-    lines += [_joint_line(joint, at) for joint in way]
-    if apart is not None:
-        lines.append("  <self_collision>")
-        lines += [
-            f"    <disable_collisions link1={quoteattr(a)} link2={quoteattr(b)}/>"
-            for a, b in sorted(tuple(sorted(pair)) for pair in apart if len(pair) == 2)
-            if a in fitted and b in fitted
-        ]
-        lines.append("  </self_collision>")
-    return "\n".join([*lines, "</robot>", ""])
-
-
-def _origin(placed: Placement) -> str:
-    return f'<origin xyz="{text(placed.xyz)}" rpy="{text(placed.rpy)}"/>'
-
-
-def _inertial(parts: list[tuple[tuple[Inertial, Placement], Placement]]) -> list[str]:
-    if not parts:
-        return []
-    (own, own_placed), home = parts[0]
-    if len(parts) == 1 and home == Placement():
-        body, placed = own, own_placed
-    else:
-        body = joined([inertial.moved(inner).moved(home) for (inertial, inner), home in parts])
-        placed, body = Placement(tuple(body.com.tolist())), Inertial(body.mass, body.com * 0.0, body.moments)
-    moments = " ".join(
-        f'i{"xyz"[i]}{"xyz"[j]}="{float(body.moments[i, j])!r}"' for i in range(3) for j in range(i, 3)
-    )
-    return [f'    <inertial>{_origin(placed)}<mass value="{float(body.mass)!r}"/><inertia {moments}/></inertial>']
-
-
-def _joint_line(joint: Joint, at: Mapping[str, float]) -> str:
-    ends = f"<parent link={quoteattr(joint.parent)}/><child link={quoteattr(joint.child)}/>"
-    if not joint.moves or joint.name in at:
-        return f'  <joint name={quoteattr(joint.name)} type="fixed">{_origin(_placed(joint, at))}{ends}</joint>'
-    limits = "" if joint.kind == "continuous" else f'<limit lower="{joint.lower!r}" upper="{joint.upper!r}"/>'
-    slide = "" if joint.slide is None else f'<slide radius="{joint.slide!r}"/>'
-    return (
-        f'  <joint name={quoteattr(joint.name)} type="{joint.kind}">{_origin(joint.placed)}{ends}'
-        f'<axis xyz="{text(joint.axis)}"/>{limits}{slide}</joint>'
-    )
