@@ -21,6 +21,11 @@ from mobo_core.atlas.file import packaged, read_atlas, write_atlas
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.chain import Chain, chain_from_urdf
 from mobo_core.evaluation.evaluate import evaluate
+from mobo_core.report.figures.known_marks import Placed
+from mobo_core.report.figures.sampling import sampling_figure
+from mobo_core.report.placing import table_of_atlas
+from mobo_core.report.table import StudyTable
+from mobo_core.search.front import hypervolume
 
 LENGTHS = (0.05, 0.2, 0.15, 0.1, 0.04, 0.06)
 DESIGN = Design("YPPYPY", LENGTHS)
@@ -125,6 +130,21 @@ def test_an_arm_of_an_atlas_stands_on_its_front() -> None:
     assert better(atlas, own, worse)[0] == row
 
 
+def test_the_picture_has_the_arm_in_the_atlas() -> None:
+    """All arms of the atlas, a star for the arm and a hollow one for its twin, and the other real arms."""
+    path = packaged()
+    assert path is not None
+    atlas = read_atlas(path)
+    table = table_of_atlas(atlas)
+    assert len(table.complete) == len(atlas) and table.complete[7].joints == atlas.joints[7]
+    assert hypervolume([row.values for row in table.front], table.aims) == pytest.approx(atlas.about.hypervolume)
+    few = StudyTable(table.rows[:50], table.n_joints, table.n_voxels, table.aims)
+    placed = [Placed("ours, scaled", 70.0, 900.0, True), Placed("ours, its twin", 30.0, 300.0, False)]
+    axes = sampling_figure(few, "ours", placed=placed).axes[0]
+    assert {"ours, scaled", "ours, its twin"} <= {text.get_text() for text in axes.texts}
+    assert axes.get_xlim()[1] > 70 and axes.get_ylim()[1] > 900
+
+
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Words and JSON say the same; bad input gets one line."""
     path = packaged()
@@ -133,7 +153,8 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     few = replace(atlas.about, spec={**atlas.about.spec, "poses_per_voxel": 3})
     write_atlas(tmp_path / "few.parquet", replace(atlas, about=few))
     where = ("--in", tmp_path / "few.parquet", "--what-if", "none")
-    assert mobo("arms", "place", "xarm6", *where) == 0
+    assert mobo("arms", "place", "xarm6", *where, "-o", tmp_path / "xarm6.svg") == 0
+    assert (tmp_path / "xarm6.svg").read_bytes().startswith(b"<?xml")
     out = capsys.readouterr().out
     assert "xArm6, YPPYPY, scaled" in out and "for the same torque," in out and "front of its own order" in out
     found = mobo_json(capsys, "arms", "place", "xarm6", *where, "--json")
@@ -144,6 +165,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     for words in (
         ("UR99",), (tmp_path / "bad.urdf",), (tmp_path / "none.urdf",), ("UR5", "--in", tmp_path / "bad.parquet"),
         ("UR5", "--in", tmp_path), ("UR5", "--top", "-1"), ("UR5", "--set", "a=1"), ("UR5", "--tip", "b"),
+        ("UR5", "-o", tmp_path / "x.txt"),
     ):  # fmt: skip
         assert mobo("arms", "place", *words) == 2, words
         assert len(capsys.readouterr().err.splitlines()) == 1, words

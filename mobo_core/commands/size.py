@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mobo_core.commands.arm_arguments import add_arm_arguments, arm_design, refuse_arm
+from mobo_core.commands.arm_values import sizing_dict
 from mobo_core.commands.parsing import Verbs
 from mobo_core.commands.real_arm import add_file_arguments, is_file, read_file_argument, refuse_file_arguments
+from mobo_core.commands.size_text import print_map, print_sizing
 from mobo_core.errors import InputError, visible
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from mobo_core.arms.size import Sizing
     from mobo_core.evaluation.spec import EvaluationSpec
 
 # Of a paper's arm: what the presets' workspaces are made for.
 _USUAL_M = 0.6
-_MOST_SHOWN = 400  # voxels of the map that are printed
 _SUFFIXES = (".png", ".svg")
 
 
@@ -106,9 +103,13 @@ def run(args: argparse.Namespace) -> int:
         drawn = payload_picture(found.voxel_payload, found.result.spec, title, "svg" if suffix == ".svg" else "png")
         write_whole(Path(args.output), drawn)
     if args.json:
-        print(json.dumps(_plain(found, args.use)))
+        print(json.dumps(sizing_dict(found, args.use)))
         return 0
-    _print(found, asked, args)
+    print_sizing(found, asked.where, replaced=asked.own_motors is not None)
+    if motors and args.output:
+        print(visible(f"map: {args.output}"))
+    elif motors:
+        print_map(found)
     return 0
 
 
@@ -183,85 +184,3 @@ def _one_each(masses: tuple[float, ...], urdf: str, tip: str) -> tuple[float, ..
     if len(masses) not in (1, n):
         raise InputError(f"{len(masses)} masses", where="--motor-mass", expected=f"one, or {n}")
     return masses * n if len(masses) == 1 else masses
-
-
-def _plain(found: Sizing, use: float) -> dict[str, object]:
-    centres = found.result.spec.voxel_centres()
-    return {
-        "payload_kg": found.payload_kg, "use": use, "spec": found.result.spec.to_dict(), "reach": found.result.reach,
-        "poses": int(round(found.result.reach * found.result.spec.poses_per_voxel)),
-        "payload": _kg(found.payload), "tip": found.result.tip,
-        "joints": [
-            {
-                "joint": one.joint, "median": one.median, "p95": one.p95, "peak": one.peak,
-                "peak_at": {
-                    "voxel": one.voxel, "pose": one.pose, "centre": centres[one.voxel].tolist(), "q": one.q.tolist(),
-                },
-                "motor": None if one.motor is None else one.motor.to_dict(),
-                "holds": None if math.isinf(one.holds) else one.holds, "payload": _kg(one.payload),
-            }
-            for one in found.joints
-        ],
-        "voxel_payload": [None if math.isnan(kg) else _kg(kg) for kg in found.voxel_payload.tolist()],
-    }  # fmt: skip
-
-
-def _kg(payload: float) -> float | str:
-    """Return kg, ``any``, or ``none``: not even the arm itself is held."""
-    return payload if math.isfinite(payload) else "any" if payload > 0 else "none"
-
-
-def _print(found: Sizing, asked: _Asked, args: argparse.Namespace) -> None:
-    spec = found.result.spec
-    low, high = (", ".join(f"{v:.2f}" for v in end) for end in (spec.workspace_min, spec.workspace_max))
-    poses = spec.n_voxels * spec.poses_per_voxel
-    reached = round(found.result.reach * spec.poses_per_voxel)
-    print(visible(f"{asked.where}, payload {found.payload_kg:g} kg, {reached:,} of {poses:,} poses reached"))
-    print(f"workspace {low} to {high} m, voxels of {spec.voxel_size:.3g} m")
-    centres = spec.voxel_centres()
-    sized = found.joints[0].motor is not None
-    head = f"{'N m':20}{'median':>8}{'95 %':>8}{'peak':>8}  {'peak at x, y, z m':22}"
-    print(head + (f"{'motor':22}{'holds':>8}{'payload kg':>12}" if sized else ""))
-    for one in found.joints:
-        at = ", ".join(f"{v:.2f}" for v in centres[one.voxel])
-        line = f"{visible(one.joint):20.20}{one.median:8.2f}{one.p95:8.2f}{one.peak:8.2f}  {at:22}"
-        if one.motor is not None:
-            short = "" if one.peak <= one.holds * (1 + 1e-9) else "  too weak"
-            line += f"{visible(one.motor.name):22.22}{one.holds:8.2f}{_text(one.payload):>12}{short}"
-        print(line.rstrip())
-    if not sized:
-        return
-    motors = [one.motor for one in found.joints if one.motor is not None]
-    placed = "in place of the arm's own" if asked.own_motors else "the arm's own masses stay"
-    print(f"motors {sum(motor.mass for motor in motors):.3g} kg in all, {placed}")
-    doubtful = sorted({motor.name for motor in motors if motor.unverified})
-    if doubtful:
-        print(visible(f"note: not verified by a source: {', '.join(doubtful)}"), file=sys.stderr)
-    unit = " kg" if math.isfinite(found.payload) else ""
-    print(f"payload over 99 % of the reached poses: {_text(found.payload)}{unit}")
-    if args.output:
-        print(visible(f"map: {args.output}"))
-    elif spec.n_voxels <= _MOST_SHOWN:
-        _print_map(found.voxel_payload.tolist(), spec)
-    else:
-        print(f"map of {spec.n_voxels:,} voxels: -o FILE.png, or --json")
-
-
-def _text(payload: float) -> str:
-    kg = _kg(payload)
-    return kg if isinstance(kg, str) else f"{kg:.2f}"
-
-
-def _print_map(values: Sequence[float], spec: EvaluationSpec) -> None:
-    nx, ny, nz = spec.shape
-    centres = spec.voxel_centres()
-    print("kg that all joints hold at all reached poses of a voxel; . none reached, - not even the arm itself")
-    for k in range(nz):
-        xs = "".join(f"{centres[(i * ny) * nz + k, 0]:7.2f}" for i in range(nx))
-        print(f"z {centres[k, 2]:.2f} m, x {xs}")
-        for j in reversed(range(ny)):
-            cells = []
-            for i in range(nx):
-                kg = values[(i * ny + j) * nz + k]
-                cells.append("." if math.isnan(kg) else "-" if kg < 0 else "any" if math.isinf(kg) else f"{kg:.2f}")
-            print(f"   y {centres[j * nz + k, 1]:6.2f}    " + "".join(f"{cell:>7}" for cell in cells))
