@@ -7,9 +7,12 @@ from pathlib import Path
 import pytest
 from studies import run_study
 
-from mobo_core.arms.baselines import known_twins
+from mobo_core.arms.baselines import check_baselines, known_twins
 from mobo_core.bag.collector import read_study
+from mobo_core.coordination.options import OptimizerOptions
+from mobo_core.coordination.plan import plan_study
 from mobo_core.design import DesignSpace
+from mobo_core.errors import InputError
 
 
 def test_twins_lie_in_the_space() -> None:
@@ -44,3 +47,25 @@ def test_they_are_the_first_trials(tmp_path: Path) -> None:
     assert [(i, t.reach) for i, t in again.trials.items()] == [(i, t.reach) for i, t in study.trials.items()]
     few = read_study(run_study(tmp_path / "few", 3, first=twins))
     assert len(few.trials) == len(few.commands) == 3
+
+
+def test_a_bag_that_began_otherwise_is_refused(tmp_path: Path) -> None:
+    """Named baselines that differ from the bag's are; what is as it was, or not named, is not; nor arms of a user."""
+    twins = known_twins(DesignSpace())[:2]
+    began = run_study(tmp_path / "began", 6, first=twins, kill_after=3)
+    plain = run_study(tmp_path / "plain", 6, first=[("me", twins[0][1])], kill_after=3)
+    two = run_study(tmp_path / "two", 6, settings={"sampler": "random", "space": {"n_joints": 2}}, kill_after=3)
+
+    def check(bag: Path, **given: str) -> None:
+        options = OptimizerOptions.of({"bag": str(bag), "resume": True, **given})
+        check_baselines(options, plan_study(options))
+
+    for bag, given in ((began, {}), (began, {"baselines": "known"}), (plain, {}), (plain, {"baselines": ""})):
+        check(bag, **given)
+    check(two, baselines="known")  # there are no such arms
+    with pytest.raises(InputError, match="plain: baselines is '' in the bag; expected 'known', as asked for now"):
+        check(plain, baselines="known")
+    with pytest.raises(InputError, match="baselines is 'known' in the bag; expected ''"):
+        check(began, baselines="")
+    new = OptimizerOptions.of({"bag": str(tmp_path / "new"), "resume": True, "baselines": "known"})
+    check_baselines(new, plan_study(new))

@@ -93,10 +93,13 @@ def test_existing_bag_is_refused_and_not_touched(nodes: Nodes, tmp_path: Path) -
         "exists already": {},
         "seed": {"resume": True, "seed": 1},
         "holds study 's'": {"resume": True, "study_name": "other"},
+        "baselines is '' in the bag": {"resume": True, "baselines": "known"},
     }
     lines = refused(nodes, "optimizer", [given | case for case in cases.values()])
     for line, says in zip(lines, cases, strict=True):
         assert says in line
+    (line,) = refused(nodes, "study", [given | {"resume": True, "baselines": "known"}])
+    assert line.startswith("mobo study: ") and "baselines is '' in the bag" in line
     assert _digest(bag) == before
 
 

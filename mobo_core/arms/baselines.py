@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from mobo_core.arms.catalogue import catalogue
 from mobo_core.arms.real import RealArm
+from mobo_core.bag.files import bag_files
+from mobo_core.bag.reader import with_sessions
+from mobo_core.coordination.options import OptimizerOptions
+from mobo_core.coordination.plan import StudyPlan
 from mobo_core.design import Design, DesignSpace
 from mobo_core.design.numbers import middle
 from mobo_core.errors import InputError
+from mobo_core.messages import Command, decode
 
+_TWIN_OF = "twin of "  # what the source of a command that enqueues one begins with
 # m, to which lengths of twins are told apart.
 _SAME = 1e-3
 
@@ -46,4 +53,31 @@ def twins_in(space: DesignSpace) -> tuple[Twin, ...]:
 
 def known_twins(space: DesignSpace) -> tuple[tuple[str, Design], ...]:
     """Return the twins of :func:`twins_in` as first trials: the name of the first arm, which stands for all, and it."""
-    return tuple((f"twin of {twin.arms[0].maker} {twin.arms[0].name}", twin.design) for twin in twins_in(space))
+    return tuple((f"{_TWIN_OF}{twin.arms[0].maker} {twin.arms[0].name}", twin.design) for twin in twins_in(space))
+
+
+def check_baselines(options: OptimizerOptions, plan: StudyPlan) -> None:
+    """See that a study to go on with began with the baselines that are named, if they are.
+
+    Raises:
+        InputError: it did not, or its bag cannot be read.
+    """
+    if not plan.goes_on or "baselines" not in options.model_fields_set:
+        return
+    began = "known" if _begins_with_twins(plan.folder) else ""
+    # In a space that holds no twin there are none to begin with.
+    if began != options.baselines and (began or known_twins(plan.settings.space)):
+        expected = f"{options.baselines!r}, as asked for now"
+        raise InputError(f"baselines is {began!r} in the bag", where=str(plan.folder), expected=expected)
+
+
+def _begins_with_twins(folder: Path) -> bool:
+    """Return whether the bag has a twin enqueued before its first candidate; no more of it is read."""
+    for _, entry in with_sessions(bag_files(folder)):
+        if entry.kind == "Candidate":
+            return False
+        if entry.kind == "Command":
+            command = decode(Command, entry.data)
+            if command.command == "enqueue" and command.source.startswith(_TWIN_OF):
+                return True
+    return False

@@ -14,6 +14,7 @@ from mobo.parameters import declare
 from mobo.progress import StudyProgress
 from mobo.runtime import STATUS_QOS, run, subscribe
 from mobo_core import messages
+from mobo_core.arms.baselines import check_baselines
 from mobo_core.bag.study_bag import check_writable
 from mobo_core.coordination.arguments import parameter_word
 from mobo_core.coordination.closing import closing_line, go_on_command, is_last
@@ -125,6 +126,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, StudyOptions)
     options.check_load(options.evaluators)
     plan = plan_study(options)
+    check_baselines(options, plan)
     check_writable(plan.folder)
     if stop:
         return 1
