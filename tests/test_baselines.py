@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 from studies import run_study
 
-from mobo_core.arms.baselines import check_baselines, known_twins
+from mobo_core.arms.baselines import checked_plan, first_arms, known_twins
 from mobo_core.bag.collector import read_study
 from mobo_core.coordination.options import OptimizerOptions
-from mobo_core.coordination.plan import plan_study
 from mobo_core.design import DesignSpace
 from mobo_core.errors import InputError
 
@@ -57,8 +56,7 @@ def test_a_bag_that_began_otherwise_is_refused(tmp_path: Path) -> None:
     two = run_study(tmp_path / "two", 6, settings={"sampler": "random", "space": {"n_joints": 2}}, kill_after=3)
 
     def check(bag: Path, **given: str) -> None:
-        options = OptimizerOptions.of({"bag": str(bag), "resume": True, **given})
-        check_baselines(options, plan_study(options))
+        assert checked_plan(OptimizerOptions.of({"bag": str(bag), "resume": True, **given})).folder == bag
 
     for bag, given in ((began, {}), (began, {"baselines": "known"}), (plain, {}), (plain, {"baselines": ""})):
         check(bag, **given)
@@ -67,5 +65,14 @@ def test_a_bag_that_began_otherwise_is_refused(tmp_path: Path) -> None:
         check(plain, baselines="known")
     with pytest.raises(InputError, match="baselines is 'known' in the bag; expected ''"):
         check(began, baselines="")
-    new = OptimizerOptions.of({"bag": str(tmp_path / "new"), "resume": True, "baselines": "known"})
-    check_baselines(new, plan_study(new))
+    check(tmp_path / "new", baselines="known")
+
+
+def test_what_an_optimizer_is_told_of_first() -> None:
+    """The twins if it is told of them; where its space holds none it says so."""
+    said: list[str] = []
+    assert first_arms(OptimizerOptions(), DesignSpace(), said.append) == ()
+    assert first_arms(OptimizerOptions(baselines="known"), DesignSpace(), said.append) == known_twins(DesignSpace())
+    assert not said
+    assert first_arms(OptimizerOptions(baselines="known"), DesignSpace(n_joints=2), said.append) == ()
+    assert said == ["no known arm has a twin in the space: none is tried first"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from mobo_core.arms.real import RealArm
 from mobo_core.bag.files import bag_files
 from mobo_core.bag.reader import with_sessions
 from mobo_core.coordination.options import OptimizerOptions
-from mobo_core.coordination.plan import StudyPlan
+from mobo_core.coordination.plan import StudyPlan, plan_study
 from mobo_core.design import Design, DesignSpace
 from mobo_core.design.numbers import middle
 from mobo_core.errors import InputError
@@ -56,19 +57,31 @@ def known_twins(space: DesignSpace) -> tuple[tuple[str, Design], ...]:
     return tuple((f"{_TWIN_OF}{twin.arms[0].maker} {twin.arms[0].name}", twin.design) for twin in twins_in(space))
 
 
-def check_baselines(options: OptimizerOptions, plan: StudyPlan) -> None:
-    """See that a study to go on with began with the baselines that are named, if they are.
+def first_arms(
+    options: OptimizerOptions, space: DesignSpace, log: Callable[[str], None] = print
+) -> tuple[tuple[str, Design], ...]:
+    """Return the first trials that an optimizer is told of; say so where it is told of some, and there are none."""
+    twins = known_twins(space) if options.baselines else ()
+    if options.baselines and not twins:
+        log("no known arm has a twin in the space: none is tried first")
+    return twins
+
+
+def checked_plan(options: OptimizerOptions) -> StudyPlan:
+    """Return the study that options mean, as :func:`mobo_core.coordination.plan.plan_study` does.
 
     Raises:
-        InputError: it did not, or its bag cannot be read.
+        InputError: likewise; and baselines are named other than those that the bag to go on with began with.
     """
+    plan = plan_study(options)
     if not plan.goes_on or "baselines" not in options.model_fields_set:
-        return
+        return plan
     began = "known" if _begins_with_twins(plan.folder) else ""
     # In a space that holds no twin there are none to begin with.
     if began != options.baselines and (began or known_twins(plan.settings.space)):
         expected = f"{options.baselines!r}, as asked for now"
         raise InputError(f"baselines is {began!r} in the bag", where=str(plan.folder), expected=expected)
+    return plan
 
 
 def _begins_with_twins(folder: Path) -> bool:

@@ -17,7 +17,7 @@ from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, run, subscrib
 from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core import messages
-from mobo_core.arms.baselines import check_baselines, known_twins
+from mobo_core.arms.baselines import checked_plan, first_arms
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.closing import closing_line, go_on_command
 from mobo_core.coordination.dispatch import Dispatcher
@@ -25,7 +25,7 @@ from mobo_core.coordination.health import StudyHealth
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.parameters import help_text
-from mobo_core.coordination.plan import plan_study, total_trials
+from mobo_core.coordination.plan import total_trials
 from mobo_core.coordination.stop import Stop
 from mobo_core.errors import MoboError
 from mobo_core.evaluation.advice import space_advice
@@ -50,8 +50,7 @@ _STATUS_S = 0.5
 
 def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, OptimizerOptions)
-    plan, namespace = plan_study(options), node.get_namespace()
-    check_baselines(options, plan)
+    plan, namespace = checked_plan(options), node.get_namespace()
     name, folder, log = plan.name, plan.folder, node.get_logger().info
     # Before the claim, so that evaluators know them when the first candidate is sent.
     publishers = {
@@ -63,7 +62,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
     claim = NodeNamespace(node, name, folder, options.lease_s)
 
     def open_bag() -> StudyBag:
-        now = plan_study(options)  # whoever held the namespace or the bag may have changed it
+        now = checked_plan(options)  # whoever held the namespace or the bag may have changed it
         return StudyBag(
             folder, now.name, now.settings, resume=now.goes_on,
             node=node.get_fully_qualified_name(), prefix=namespace.rstrip("/") + "/",
@@ -80,9 +79,6 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
         past = bag.past()
         n_trials = total_trials(options, past.n_trials, len(past.trials)) if past is not None else options.n_trials
         spot = SpotCheck(folder) if past is not None and past.trials else None
-        twins = known_twins(bag.settings.space) if options.baselines else ()
-        if options.baselines and not twins:
-            log("no known arm has a twin in the space: none is tried first")
         dispatcher = Dispatcher(
             lease_s=options.lease_s,
             max_attempts=options.max_attempts,
@@ -92,7 +88,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             bag, bag.settings, n_trials, dispatcher,
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
             warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
-            first=twins,
+            first=first_arms(options, bag.settings.space, log),
         )  # fmt: skip
         clock, best = time.monotonic, BestArm(node)
 

@@ -14,13 +14,13 @@ from mobo.parameters import declare
 from mobo.progress import StudyProgress
 from mobo.runtime import STATUS_QOS, run, subscribe
 from mobo_core import messages
-from mobo_core.arms.baselines import check_baselines
+from mobo_core.arms.baselines import checked_plan
 from mobo_core.bag.study_bag import check_writable
 from mobo_core.coordination.arguments import parameter_word
 from mobo_core.coordination.closing import closing_line, go_on_command, is_last
 from mobo_core.coordination.options import EvaluatorOptions, OptimizerOptions, StudyOptions
 from mobo_core.coordination.parameters import help_text
-from mobo_core.coordination.plan import StudyPlan, plan_study
+from mobo_core.coordination.plan import StudyPlan
 from mobo_core.coordination.stop import Stop
 from mobo_core.coordination.supervision import Restarts
 from mobo_core.errors import InputError
@@ -125,8 +125,7 @@ class _Supervisor:
 def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, StudyOptions)
     options.check_load(options.evaluators)
-    plan = plan_study(options)
-    check_baselines(options, plan)
+    plan = checked_plan(options)
     check_writable(plan.folder)
     if stop:
         return 1
@@ -138,8 +137,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             code = supervisor.step()
     finally:
         supervisor.close(executor)
-    if code is None:
-        code = supervisor.optimizer.process.returncode
+    code = supervisor.optimizer.process.returncode if code is None else code
     return code if code in (0, 2) else 1
 
 
