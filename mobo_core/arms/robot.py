@@ -110,8 +110,9 @@ def read_robot(root: Element) -> Robot:
     Raises:
         InputError: it is none, is not one tree of links, or has a number that is not finite or impossible.
     """
-    if root.tag == "mujoco":
-        raise InputError("MJCF", where="robot", expected="a URDF or xacro file; MuJoCo's format is not read")
+    if root.tag in ("mujoco", "mujocoinclude"):
+        expected = "URDF or xacro, such as PyPI's mjcf-urdf-simple-converter makes of it (docs/arms.md)"
+        raise InputError("MJCF, MuJoCo's format, which is not read", where="robot", expected=expected)
     if root.tag != "robot":
         raise InputError(f"root element <{root.tag[:40]}>", where="urdf", expected="<robot>")
     links, joints = root.findall("link"), root.findall("joint")
@@ -151,9 +152,7 @@ def _link(link: Element, robot: Robot) -> None:
             key: numbers(inertial.find("inertia"), key, "0", where + " inertia", 1)[0]
             for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
         }
-        moments = np.array(
-            [[moment["i" + "".join(sorted(row + column))] for column in "xyz"] for row in "xyz"]
-        )
+        moments = np.array([[moment["i" + "".join(sorted(row + column))] for column in "xyz"] for row in "xyz"])
         placed = origin(inertial, where + " inertial")
         if mass > 0:  # massless links are frames
             robot.bodies[name] = (Inertial(mass, np.zeros(3), moments), placed)
