@@ -16,7 +16,7 @@ from mobo_core.report.once import once
 from mobo_core.report.own_atlas import engine_of
 from mobo_core.report.table import StudyTable
 
-# Poses tried in all, some 4 s on one core; arms that the paper names come first, then those whose masses are known.
+# Poses tried in all, some 6 s on one core; arms that the paper names come first, then those whose masses are known.
 _MOST_POSES = 400_000
 
 
