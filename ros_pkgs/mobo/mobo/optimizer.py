@@ -17,7 +17,7 @@ from mobo.runtime import CANDIDATES_QOS, MESSAGES_QOS, STATUS_QOS, run, subscrib
 from mobo.services import offer_services
 from mobo.viewer import BestArm
 from mobo_core import messages
-from mobo_core.arms.baselines import known_twins
+from mobo_core.arms.baselines import first_arms
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.coordination.closing import closing_line, go_on_command
 from mobo_core.coordination.dispatch import Dispatcher
@@ -52,6 +52,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, OptimizerOptions)
     plan, namespace = plan_study(options), node.get_namespace()
     name, folder, log = plan.name, plan.folder, node.get_logger().info
+    first = () if plan.goes_on else first_arms(options.baselines, plan.settings.space)
     # Before the claim, so that evaluators know them when the first candidate is sent.
     publishers = {
         "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
@@ -88,7 +89,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             bag, bag.settings, n_trials, dispatcher,
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
             warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
-            first=known_twins(bag.settings.space) if options.baselines else (),
+            first=first,
         )  # fmt: skip
         clock, best = time.monotonic, BestArm(node)
 
