@@ -76,7 +76,7 @@ def is_elbow(order: str) -> bool:
 
 def bound(trials: int) -> None:
     """Print what elbow manipulators reach without limits and collisions, and the most that a search finds."""
-    spec = SPEC.model_copy(update={"self_collision": "none"})
+    spec = SPEC.model_copy(update={"self_collision": False})
     space = DesignSpace.of(FREE)
     half = 0.5 * space.total_ends[1]
     elbows = [order for order in effective_orders(6, "RPY") if is_elbow(order)]
