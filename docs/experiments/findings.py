@@ -1,11 +1,11 @@
 """What an atlas says beyond the paper: orders that it does not name and that beat those it does; torque a voxel.
 
-    python docs/experiments/findings.py
-    python docs/experiments/findings.py bags/atlas.parquet --top 20
+    python docs/experiments/findings.py orders
+    python docs/experiments/findings.py torques
 
-The first table holds orders that the paper does not name against the best arm of each prefix that it names: by how
-many voxels an arm that takes no more torque reaches more. Arms are chosen by the atlas's values, and evaluated on poses
-that no search saw. The second asks for the mean torque of the voxels that an arm reaches rather than their sum, which
+`orders` holds those that the paper does not name, the highest hypervolume first, against the best arm of each prefix that
+it names: by how many voxels an arm that takes no more torque reaches more. Arms are chosen by the atlas's values, and
+evaluated on poses that no search saw. `torques` asks for the mean torque of the voxels that an arm reaches rather than their sum, which
 grows with what is reached: which orders hold the front then.
 """
 
@@ -24,7 +24,7 @@ from mobo_core.atlas.file import packaged, read_atlas
 from mobo_core.design.description import to_urdf
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.report.prefixes import PAPER_COLOURS, PREFIX_LENGTH
-from mobo_core.search.front import Aim, pareto_front
+from mobo_core.search.front import Aim, hypervolume, pareto_front
 
 FLOOR = 0.4  # of the voxels; below it an arm of either view's front is of little use
 
@@ -63,8 +63,10 @@ def unnamed(measured: Measured, top: int) -> None:
     values = {prefix: measured.score(row) for prefix, row in against.items()}
     cells = [f"{score.reach:.1f} / {score.torque:.0f}" for score in values.values()]
     print("| (of the paper's prefixes) | | " + " | ".join(cells) + " |")
-    others = [rows for rows in atlas.orders.values() if measured.prefix(int(rows[0])) not in named][:top]
-    for rows in others:
+    others = [rows for rows in atlas.orders.values() if measured.prefix(int(rows[0])) not in named]
+    wanted = np.array(atlas.wanted)
+    others.sort(key=lambda rows: -hypervolume(wanted[rows].tolist(), atlas.aims))
+    for rows in others[:top]:
         cells = []
         for prefix, row in against.items():
             within = rows[measured.torque[rows] <= measured.torque[row]]
@@ -107,17 +109,19 @@ def torque_a_voxel(measured: Measured) -> None:
 def main() -> None:
     """Run as a script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("atlas", type=Path, nargs="?", help="[the one that mobo brings]")
-    parser.add_argument("--top", type=int, default=15, help="orders of the first table [15]")
+    parser.add_argument("what", choices=("orders", "torques"))
+    parser.add_argument("--atlas", type=Path, help="[the one that mobo brings]")
+    parser.add_argument("--top", type=int, default=12, help="of `orders` so many [12]")
     args = parser.parse_args()
     file = args.atlas or packaged()
     if file is None:
         parser.error("mobo brings no atlas; name one")
     measured = Measured(read_atlas(file))
     print(partial(measured.atlas))
-    unnamed(measured, args.top)
-    print()
-    torque_a_voxel(measured)
+    if args.what == "orders":
+        unnamed(measured, args.top)
+    else:
+        torque_a_voxel(measured)
 
 
 if __name__ == "__main__":
