@@ -3,10 +3,10 @@
     python docs/experiments/findings.py orders
     python docs/experiments/findings.py torques
 
-`orders` holds those that the paper does not name, the highest hypervolume first, against the best arm of each prefix that
-it names: by how many voxels an arm that takes no more torque reaches more. Arms are chosen by the atlas's values, and
-evaluated on poses that no search saw. `torques` asks for the mean torque of the voxels that an arm reaches rather than their sum, which
-grows with what is reached: which orders hold the front then.
+`orders` holds those that the paper does not name, the highest hypervolume first, against the best arm of each prefix
+that it names: by how many voxels an arm that takes no more torque reaches more. Arms are chosen by the atlas's values,
+and evaluated on poses that no search saw. `torques` asks for the mean torque of the voxels that an arm reaches rather
+than their sum, which grows with what is reached: which prefixes hold the front then.
 """
 
 from __future__ import annotations
