@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # make paper: the studies of docs/paper.md over ROS 2, one after the other; a second call skips what is done and goes on
-# with what stopped. Each leaves its bag in bags/paper/, and in docs/paper/ a table of all trials and its report's pictures.
+# with what stopped. Each leaves its bag in bags/paper/, and in docs/paper/ a table of all trials and its report's pictures,
+# tpe6 and tpe7 also a bag of their best arms.
 # PAPER: the studies to run, by name (all). PAPER_BAGS: where their bags are. PAPER_TRIALS: so many trials instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -22,13 +23,27 @@ studies=(
   "structured7 60000 n_joints:=7 spec:=mobo sampler:=structured"
 )
 
-run() { # name trials settings…
-  local name=$1 trials=${PAPER_TRIALS:-$2} settings=()
-  local bag=$bags/$name
+study() { # name trials settings…
+  local settings=()
   for setting in "${@:3}"; do settings+=(-p "$setting"); done
-  echo "== $name: ${*:3}, $trials trials"
-  .ci/in-env ros2 run mobo study --ros-args -r "__ns:=/$name" -p "study_name:=$name" -p "bag:=$bag" -p resume:=true \
-    -p "n_trials:=$trials" -p evaluators:=1 -p workers:=2 "${settings[@]}"
+  echo "== $1: ${*:3}, $2 trials"
+  .ci/in-env ros2 run mobo study --ros-args -r "__ns:=/$1" -p "study_name:=$1" -p "bag:=$bags/$1" -p resume:=true \
+    -p "n_trials:=$2" -p evaluators:=1 -p workers:=2 "${settings[@]}"
+}
+
+# A bag of the arms that count, small enough to be kept: the front, and the best of each order.
+best() { # name settings…
+  local name=${1}_best table=$bags/${1}_best.csv
+  if [ -e "docs/paper/$name" ]; then return; fi
+  .ci/in-env mobo export table "$bags/$1" --best -o "$table"
+  study "$name" "$(($(wc -l <"$table") - 1))" "${@:2}" "baselines:=$table"
+  mkdir "docs/paper/$name"
+  cp "$bags/$name"/{metadata.yaml,*.mcap} "docs/paper/$name"
+}
+
+run() { # name trials settings…
+  local name=$1 trials=${PAPER_TRIALS:-$2} bag=$bags/$1
+  study "$name" "$trials" "${@:3}"
   if [ -e "docs/paper/$name.parquet" ] && [ -z "${PAPER_TRIALS:-}" ]; then return; fi
   .ci/in-env mobo report "$bag" -o "$bags/${name}_report" >"$bags/$name.txt"
   if [ -n "${PAPER_TRIALS:-}" ]; then return; fi
@@ -36,6 +51,7 @@ run() { # name trials settings…
   for picture in sampling structures lengths claims; do
     cp "$bags/${name}_report/$picture.png" "docs/paper/${name}_$picture.png"
   done
+  if [[ $name == tpe[67] ]]; then best "$name" "${@:3}"; fi
 }
 
 mkdir -p "$bags"

@@ -12,8 +12,8 @@ from arms import small_spec
 from matplotlib.figure import Figure
 from studies import mobo, run_study
 
-from mobo_core.arms.baselines import twins_in
 from mobo_core.arms.catalogue import find_arm
+from mobo_core.arms.twins import twins_in
 from mobo_core.bag.collector import read_study
 from mobo_core.design import Design, DesignSpace, to_urdf
 from mobo_core.evaluation.evaluate import evaluate

@@ -1,10 +1,12 @@
 """Evaluate the best arm of each prefix that the paper names once more, by what it leaves open; for paper.md.
 
-    python docs/experiments/sensitivity.py bags/paper/tpe6
-    python docs/experiments/sensitivity.py bags/paper/tpe6 --front
+    python docs/experiments/sensitivity.py docs/paper/tpe6_best
+    python docs/experiments/sensitivity.py docs/paper/tpe6_best --front
 
 A row for each way to ask: other IK, tolerances, limits, collisions, voxels. `--front` asks the arms of the front, with
-voxels of 0.1 m, 100 poses each and complete IK, and says how far their ranking holds.
+voxels of 0.1 m, 100 poses each and complete IK, and says how far their ranking holds. The bag may be a study's, or the
+one of its best arms. EusLisp's IK (`irteus`) is not compiled, and takes minutes an arm: `--only` and the names of rows
+leave it out.
 """
 
 from __future__ import annotations
@@ -55,8 +57,8 @@ WAYS = (
 
 def values(row: Row, spec: EvaluationSpec, space: DesignSpace, inside: bool = False) -> tuple[float, float]:
     """Return reach in voxels and torque in N m."""
-    engine = "reference" if spec.ik_mode == "irteus" else "kernel"
-    result = evaluate(Design(row.sampled_joints, row.lengths), spec, space=space, engine=engine)
+    design = Design(row.sampled_joints, row.lengths)
+    result = evaluate(design, spec, space=space, engine="reference" if spec.ik_mode == "irteus" else "kernel")
     distance = np.linalg.norm(spec.voxel_centres(), axis=1)
     counted = distance < space.total_ends[1] - 1e-9 if inside else np.ones(spec.n_voxels, bool)
     return float(result.voxel_reach[counted].sum()), float(result.voxel_torque[counted].sum())
@@ -67,6 +69,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bag", type=Path)
     parser.add_argument("--front", action="store_true", help="the front's arms, on finer voxels")
+    names = [way.name for way in WAYS]
+    parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="ROW", help=", ".join(names))
     args = parser.parse_args()
     study = read_study(args.bag)
     table, settings = study_table(study), study.settings
@@ -77,7 +81,7 @@ def main() -> None:
     print("| " + " | ".join(["asked", *best, "ranks of reach, of torque"]) + " |")
     print("| --- |" + " ---: |" * (len(best) + 1))
     base = None
-    for way in WAYS:
+    for way in (way for way in WAYS if way is WAYS[0] or way.name in args.only):
         spec = settings.spec if not way.ik else with_ik(settings.spec, way.ik)
         spec = EvaluationSpec.of({**spec.to_dict(), **way.spec})
         space = DesignSpace.of({**settings.space.to_dict(), **way.space})

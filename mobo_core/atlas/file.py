@@ -107,7 +107,7 @@ def pyarrow(where: str) -> tuple[ModuleType, ModuleType]:
     try:
         return importlib.import_module("pyarrow"), importlib.import_module("pyarrow.parquet")
     except ImportError:
-        raise InputError("an atlas needs pyarrow", where=where, expected="pip install pyarrow") from None
+        raise InputError("Parquet needs pyarrow", where=where, expected="pip install pyarrow") from None
 
 
 def _check_size(metadata: Any, where: str) -> None:

@@ -59,18 +59,24 @@ def _add_table(kinds: Verbs) -> None:
         "table",
         help="all trials as CSV or Parquet",
         description="Write every trial told into FILE, a row each, failed ones with their reason; reach counts\n"
-        "voxels, torque is in N m, lengths in m. Parquet needs pyarrow.",
+        "voxels, torque is in N m, lengths in m. Parquet needs pyarrow.\n\n"
+        "With --best only the arms of the front above the reach floor and the arm of the highest reach\n"
+        "of each joint order, the highest reach first. A new study that is given such a file as\n"
+        "baselines tries its arms first.",
         epilog="examples:\n  mobo export table bags/demo_001 -o trials.csv\n"
-        "  mobo export table bags/demo_001 -o trials.parquet",
+        "  mobo export table bags/demo_001 -o trials.parquet\n"
+        "  mobo export table bags/demo_001 --best -o best.csv",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("bag", metavar="BAG", help="folder of a bag, or an .mcap file")
+    parser.add_argument("--best", action="store_true", help="the front, and the best arm of each joint order")
     parser.add_argument("-o", "--output", required=True, metavar="FILE", help="name ending in .csv or .parquet")
     parser.set_defaults(run=run_table)
 
 
 def run_table(args: argparse.Namespace) -> int:
     """Write the table of a bag."""
+    from mobo_core.report.best import best_of_orders
     from mobo_core.report.columns import table_columns
     from mobo_core.report.table import study_table
     from mobo_core.report.table_files import check_table_path, write_table
@@ -78,6 +84,11 @@ def run_table(args: argparse.Namespace) -> int:
     path = Path(args.output)
     check_table_path(path)
     table = study_table(read_bag_argument(args.bag))
+    if args.best:
+        rows = best_of_orders(table)
+        write_table(path, table_columns(rows, table.n_joints))
+        print(f"{len(rows)} arms of {len(table.rows)} trials: {path}")
+        return 0
     write_table(path, table_columns(table.rows, table.n_joints))
     print(f"{len(table.rows)} trials, {len(table.failed)} of them failed: {path}")
     return 0

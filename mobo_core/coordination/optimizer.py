@@ -102,7 +102,7 @@ class Optimizer:
         for name, design in first:
             taken += self.controls.enqueue(0, name, design.sampled_joints, design.lengths, self.n_trials).accepted
         if taken:
-            self._log(f"the first {taken} trials are known arms")
+            self._log(f"the first {taken} trials are the arms of baselines")
 
     @property
     def study(self) -> OrderedStudy:

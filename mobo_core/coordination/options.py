@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 from copy import copy
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, field_validator
 
@@ -61,8 +61,10 @@ class OptimizerOptions(Settings):
         False, description="continue the bag if it exists, with all that is not named as it was; else it is refused"
     )
     must_resume: bool = Field(False, description="resume, and refuse to begin a new bag")
-    baselines: Literal["", "known"] = Field(
-        "", description="arms that a new study tries first: known, the twins of real arms that its space holds"
+    baselines: str = Field(
+        "",
+        description="arms that a new study tries first: known, the twins of real arms that its space holds; or a CSV "
+        "or Parquet file of arms",
     )
     lease_s: float = Field(
         10.0, ge=0.5, le=_LONG_S, description="s, after which a candidate no heartbeat names goes to another evaluator"

@@ -55,7 +55,7 @@ def run_study(
         resume: continue the bag if it exists.
         progress: called with (trials told, trials in all) now and then.
         first: arms that the first trials of a new study are, and where each is from, such as
-            :func:`mobo_core.arms.baselines.known_twins` returns; they are recorded as commands.
+            :func:`mobo_core.arms.twins.known_twins` returns; they are recorded as commands.
 
     Raises:
         InputError: a number that is none; the bag exists and ``resume`` is false, or is of another study or other

@@ -20,6 +20,15 @@ def best_rows(study: StudyRecord, table: StudyTable, count: int) -> list[Row]:
     return [row for row in first + others if study.candidate_of(row.trial) is not None][:count]
 
 
+def best_of_orders(table: StudyTable) -> list[Row]:
+    """Return the front above the reach floor and each joint order's arm of the highest reach, by falling reach."""
+    best: dict[str, Row] = {}
+    for row in sorted(table.complete, key=rank):
+        best.setdefault(row.joints, row)
+    chosen = {row.trial: row for row in (*table.useful_front, *best.values())}
+    return sorted(chosen.values(), key=rank)
+
+
 def urdf_name(place: int, row: Row, count: int) -> str:
     """Return the file name of an arm, such as ``1_PRRYPY_trial123.urdf``; places sort as text."""
     joints = re.sub(r"[^A-Za-z0-9]", "_", row.joints)[:64]  # a bag may claim anything

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mobo_core.arms.baselines import Twin, twins_in
+from mobo_core.arms.twins import Twin, twins_in
 from mobo_core.bag.record import StudyRecord
 from mobo_core.design import DesignSpace, to_urdf
 from mobo_core.errors import MoboError

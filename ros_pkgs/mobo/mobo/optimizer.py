@@ -52,6 +52,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
     options = declare(node, OptimizerOptions)
     plan, namespace = checked_plan(options), node.get_namespace()
     name, folder, log = plan.name, plan.folder, node.get_logger().info
+    first = () if plan.goes_on else first_arms(options.baselines, plan.settings.space, log)
     # Before the claim, so that evaluators know them when the first candidate is sent.
     publishers = {
         "candidates": node.create_publisher(Candidate, "candidates", CANDIDATES_QOS),
@@ -88,7 +89,7 @@ def _body(node: Node, executor: Executor, stop: Stop) -> int:
             bag, bag.settings, n_trials, dispatcher,
             publish=lambda topic, data: publishers[topic].publish(data), log=log,
             warn=lambda text: node.get_logger().warning(text, throttle_duration_sec=1.0),
-            first=first_arms(options, bag.settings.space, log),
+            first=first,
         )  # fmt: skip
         clock, best = time.monotonic, BestArm(node)
 
