@@ -3,13 +3,14 @@
     python docs/experiments/mounting.py bound --trials 2000
     python docs/experiments/mounting.py run --trials 1000 --seeds 0 1 2 3 4
     python docs/experiments/mounting.py table
+    python docs/experiments/mounting.py same
 
 `bound` lets joints turn freely and links pass through each other: every elbow manipulator (Paden and Sastry, IJRR 1988)
 with links of equal length, and a search over all orders for one that reaches more. `run` searches one order at a time,
 on bases that lean and with ranges of joints that are turned; a search is kept trial by trial, and gone on with. `table`
 evaluates the best arms of each search on poses that it did not see, and says how they differ from PRRYPY's: means over
 the seeds, with 95 % intervals (Student's t, pairs of equal seeds) that hold the chance of the search and that of the
-poses. A row of one seed has none.
+poses. A row of one seed has none. `same` searches nothing: it turns one YPPYPY step by step until it is PRRYPY.
 """
 
 from __future__ import annotations
@@ -166,10 +167,34 @@ def table() -> None:
         print("| " + " | ".join(cells) + " |", flush=True)
 
 
+def same() -> None:
+    """Print what YPPYPY of PRRYPY's best lengths reaches, laid on its side and with ranges turned one by one."""
+    lengths, side = (0.0, 0.3, 0.0, 0.3, 0.0, 0.0), np.pi / 2
+    space, resamples = settings_of("YPPYPY, all").space, Resamples(UNSEEN)
+    base = resamples.score(to_urdf(Design("PRRYPY", lengths), DesignSpace()))
+    steps = {
+        "upright": (0.0, (0.0,) * 6),
+        "on its side": (-side, (0.0,) * 6),
+        "and the middle of joint 2 at 90°": (-side, (0.0, side, 0.0, 0.0, 0.0, 0.0)),
+        "and that of joint 4 at 90°": (-side, (0.0, side, 0.0, side, 0.0, 0.0)),
+    }
+    print("| arm | reach | torque, N m | reach more than PRRYPY's | torque more |\n| --- | ---: | ---: | --- | --- |")
+    print(f"| PRRYPY, upright | {base.reach:.1f} | {base.torque:.0f} | | |")
+    for name, (tilt, centers) in steps.items():
+        score = resamples.score(to_urdf(Design("YPPYPY", lengths, 0.0, tilt, centers), space))
+        reach, torque, *_ = score.over(base)
+        print(f"| YPPYPY, {name} | {score.reach:.1f} | {score.torque:.0f} | {text_of(reach)} | {text_of(torque)} |")
+
+
+def text_of(interval: Interval) -> str:
+    """Return a value and its 95 % interval."""
+    return f"{interval.value:+.1f} [{interval.low:+.1f}, {interval.high:+.1f}]"
+
+
 def main() -> None:
     """Run as a script."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=["bound", "run", "table"])
+    parser.add_argument("what", choices=["bound", "run", "table", "same"])
     parser.add_argument("--trials", type=int, default=1000, help="of a search [1000]")
     parser.add_argument("--seeds", type=int, nargs="+", default=[0], help="of the searches, below 100 [0]")
     parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES), metavar="CASE", help="[all]")
@@ -181,8 +206,10 @@ def main() -> None:
         for seed in args.seeds:
             for case in args.cases:
                 run(settings_of(case, seed), args.trials, file_of(case, seed))
-    else:
+    elif args.what == "table":
         table()
+    else:
+        same()
 
 
 if __name__ == "__main__":
