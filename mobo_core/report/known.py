@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from mobo_core.arms.twins import Twin, twins_in
 from mobo_core.bag.record import StudyRecord
-from mobo_core.design import DesignSpace, to_urdf
+from mobo_core.design import DesignSpace
+from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import MoboError
 from mobo_core.evaluation.evaluate import evaluate
 from mobo_core.evaluation.spec import EvaluationSpec
@@ -53,7 +54,8 @@ def known_arms_in(space: DesignSpace, spec: EvaluationSpec, objectives: Sequence
     """
     twins = sorted(twins_in(space), key=_first)
     most = _MOST_POSES // (spec.n_voxels * spec.poses_per_voxel)
-    return tuple(_evaluated(twin, space, spec, objectives) for twin in twins[:most])
+    xacro = PreparedXacro(space)
+    return tuple(_evaluated(twin, xacro.to_urdf(twin.design), spec, objectives) for twin in twins[:most])
 
 
 @once
@@ -89,9 +91,9 @@ def _estimated(twin: Twin) -> bool:
     return all("masses" in arm.estimated for arm in twin.arms)
 
 
-def _evaluated(twin: Twin, space: DesignSpace, spec: EvaluationSpec, objectives: Sequence[str]) -> KnownArm:
+def _evaluated(twin: Twin, urdf: str, spec: EvaluationSpec, objectives: Sequence[str]) -> KnownArm:
     design = twin.design
-    found = evaluate(to_urdf(design, space), spec, objectives=objectives)
+    found = evaluate(urdf, spec, objectives=objectives)
     names = tuple(arm.name for arm in sorted(twin.arms, key=lambda arm: not arm.paper))
     return KnownArm(
         names, design.joints, design.lengths, found.reach, found.torque, tuple(found.extra.items()), _estimated(twin)
