@@ -337,3 +337,18 @@ def test_closing_a_trial() -> None:
     assert dispatcher.next_dispatches(0.0) == []
     assert dispatcher.answered(sent, 0.0, ok=True) is Verdict.LATE
     assert dispatcher.next_dispatches(0.0) == [Dispatch(1, 1, "a")]
+
+
+def test_what_an_evaluator_has_from_before_is_not_taken_for_what_it_is_sent() -> None:
+    """It says it has an attempt that nobody sent it, maybe of another arm: that trial goes elsewhere, or waits."""
+    dispatcher = started(trials=2, evaluators="")
+    dispatcher.heard("a", 3, [(0, 1)], 0.0)
+    assert dispatcher.next_dispatches(0.0) == []  # trial 1 does not overtake it
+    dispatcher.heard("b", 1, [], 1.0)
+    assert dispatcher.next_dispatches(1.0) == [Dispatch(0, 1, "b"), Dispatch(1, 1, "a")]
+    assert dispatcher.answered(Dispatch(0, 1, "a"), 1.0, ok=True) is Verdict.UNKNOWN
+    alone = started(evaluators="")
+    alone.heard("a", 2, [(0, 1)], 0.0)
+    assert alone.next_dispatches(0.0) == []
+    alone.heard("a", 2, [], 1.0)
+    assert alone.next_dispatches(1.0) == [Dispatch(0, 1, "a")]

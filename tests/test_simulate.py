@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 from studies import mobo
 
-from mobo_core.bag import writer
-from mobo_core.bag.collector import read_study
+from mobo_core.bag import cut, writer
 from mobo_core.bag.study_bag import StudyBag
 from mobo_core.bag.writer import McapFile
 from mobo_core.coordination import leases
@@ -24,14 +23,14 @@ from mobo_core.coordination.progress import Progress
 from mobo_core.messages import Evaluation, Trial, decode
 from mobo_core.search.study import OrderedStudy
 from mobo_core.simulate import faults
-from mobo_core.simulate.faults import KINDS, draw_plan
+from mobo_core.simulate.faults import KINDS, Fault, Plan, draw_plan
 from mobo_core.simulate.simulation import Outcome, Simulation, simulate
-from mobo_core.verify.files import check_files
-from mobo_core.verify.history import History
+from mobo_core.verify import evaluations
 
 # The fixed set of `make test`; `make test-faults` takes fresh seeds for an hour.
 SEEDS = (0, 3, 5, 8)
 # Seeds that found something in mobo, and what.
+FOUND_AMONG = tuple(KINDS)[: list(KINDS).index("stranger") + 1]
 FOUND = {
     1: "an optimizer killed before its bag's first record was whole could not be resumed",
     40707: "nor one that was killed again while it made that file whole",
@@ -52,24 +51,50 @@ def test_all_faults(seed: int) -> None:
     assert outcome.told == outcome.plan.n_trials
 
 
+# Studies that found something, and what: in_flight, trials, workers, and what goes wrong.
+FOUND_BY: dict[str, tuple[int, int, int, tuple[Fault, ...]]] = {
+    "an evaluator's answer to an enqueued arm, which a cut took away, was taken for that of the arm of its number": (
+        1, 8, 2,
+        (Fault(13.375, "enqueue", 1.0, 0, 0.0), Fault(13.375, "slow_evaluator", 1.591, 0, 0.0783),
+         Fault(14.937, "bag_cut", 1.0, 0, 0.8017)),
+    ),
+    "a bag that was resumed with later trials under way, and cut, did not verify": (
+        8, 36, 3, (Fault(34.669, "kill_optimizer", 1.0, 0, 0.0), Fault(43.016, "bag_cut", 1.0, 0, 0.89)),
+    ),
+}  # fmt: skip
+
+
 @pytest.mark.parametrize("seed", FOUND)
 def test_what_was_found(seed: int) -> None:
     """Seeds that broke a promise break none any more."""
-    outcome = quiet(seed, n_trials=0)
+    outcome = quiet(seed, FOUND_AMONG, n_trials=0)
     assert outcome.violation is None, "\n".join([str(outcome.violation), *outcome.trace])
     assert outcome.told == outcome.plan.n_trials
 
 
-def test_a_bag_that_went_through_it_verifies(tmp_path: Path) -> None:
-    """What a disturbed study leaves is no lie: files, chain and history are as verify wants them."""
-    plan = draw_plan(5, ("kill_optimizer", "torn_write", "lying_workers", "loss", "rival_bag"), 24)
+@pytest.mark.parametrize("what", FOUND_BY)
+def test_what_was_found_by_cutting(what: str) -> None:
+    """Nor do studies drawn up for it."""
+    in_flight, n_trials, workers, faults_of_it = FOUND_BY[what]
+    settings = (("sampler", "random"), ("seed", 1), ("in_flight", in_flight), ("n_joints", 4))
+    outcome = simulate(Plan(115, settings, n_trials, (workers,), 3.0, 500.0, faults_of_it))
+    assert outcome.violation is None and outcome.told == n_trials, "\n".join([str(outcome.violation), *outcome.trace])
+
+
+@pytest.mark.parametrize("kind", ["failing_arms", "convincing_liar", "bag_cut", "long_limit"])
+def test_a_study_ends_and_verify_says_what_it_went_through(kind: str, tmp_path: Path) -> None:
+    """Arms given up, lies, cuts and abandoned work come about; verify names the first two, and nothing else."""
+    plan = draw_plan(0, (kind,), 24)
     simulation = Simulation(dataclasses.replace(plan, settings=(*plan.settings, ("sampler", "random"))), tmp_path)
-    assert simulation.run().violation is None
-    study = read_study(tmp_path / "s")
-    history = History(study)
-    history.replay()
-    assert study.faults == [] and study.repeated == [] and len(study.trials) == 24
-    assert history.faults == [] and list(check_files(study)) == []
+    outcome = simulation.run()
+    assert outcome.violation is None, "\n".join([str(outcome.violation), *outcome.trace])
+    came_about = {
+        "failing_arms": simulation.witness.exhausted,
+        "convincing_liar": simulation.witness.lied,
+        "bag_cut": list(tmp_path.glob("s_uncut*")),
+        "long_limit": simulation.world.failures,
+    }
+    assert came_about[kind]
 
 
 def test_a_seed_says_all() -> None:
@@ -189,6 +214,41 @@ def _no_cutting_back(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(McapFile, "_error", error)
 
 
+def _never_tell_the_exhausted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A trial whose attempts are used up is forgotten."""
+    fail = Dispatcher._fail
+    monkeypatch.setattr(Dispatcher, "_fail", lambda self, dispatch: fail(self, dispatch) and False)
+
+
+def _give_up_too_soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(self: Dispatcher, dispatch: leases.Dispatch) -> bool:
+        self.max_attempts -= 1
+        try:
+            return true(self, dispatch)
+        finally:
+            self.max_attempts += 1
+
+    true = Dispatcher._fail
+    monkeypatch.setattr(Dispatcher, "_fail", fail)
+
+
+def _believe_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Verify evaluates again, and looks at nothing that comes of it."""
+    monkeypatch.setattr(evaluations, "_different", lambda answer, result: iter(()))
+
+
+def _cut_off_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bag that is cut loses the commands of before."""
+    true = cut._kept
+    kept = lambda messages, before: (m for m in true(messages, before) if m[1].kind != "Command")  # noqa: E731
+    monkeypatch.setattr(cut, "_kept", kept)
+
+
+def _forget_abandoned_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What nobody waits for any more is taken to fill no place."""
+    monkeypatch.setattr(leases.LiveEvaluator, "free", lambda self: self.slots - len(self.leases))
+
+
 def _tell_another_value(monkeypatch: pytest.MonkeyPatch) -> None:
     """Every eleventh value is a little off."""
 
@@ -219,6 +279,11 @@ BUGS: dict[Callable[[pytest.MonkeyPatch], None], tuple[tuple[str, ...], tuple[st
     _never_wait_again: (("liveness",), ("kill_evaluator",)),
     _no_cutting_back: (("no crash",), ("disk_full",)),
     _tell_another_value: (("same study",), ("delay",)),
+    _never_tell_the_exhausted: (("liveness",), ("failing_arms",)),
+    _give_up_too_soon: (("told from its answer",), ("dying_workers", "failing_arms")),
+    _believe_all: (("verify names liars",), ("convincing_liar",)),
+    _cut_off_a_pause: (("nothing is lost",), ("pause", "enqueue", "bag_cut")),
+    _forget_abandoned_work: (("places",), ("long_limit",)),
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from mobo_core.bag.chain import beginning
@@ -11,7 +12,7 @@ from mobo_core.bag.collector import message_of
 from mobo_core.bag.compact import rewrite_bag, whole_bag
 from mobo_core.bag.reader import Entry, first_record, with_sessions
 from mobo_core.errors import InputError
-from mobo_core.messages import Candidate, Command, Evaluation, StudyStatus, Trial
+from mobo_core.messages import Candidate, Command, Evaluation, StudyStatus, Trial, encode, version_of
 
 Messages = Iterable[tuple[dict[str, str], Entry]]
 
@@ -54,6 +55,10 @@ def _kept(messages: Messages, before: int) -> Iterator[tuple[dict[str, str], Ent
                 continue
             case StudyStatus() if message.state != StudyStatus.RUNNING:
                 continue  # it counts what goes
+            case StudyStatus() if message.asked > before:
+                # A session that began with later trials under way: they go.
+                version = version_of(entry.kind, entry.channel.definition, entry.topic)
+                entry = replace(entry, data=encode(replace(message, asked=before), version))
             case Command() if message.command == "stop":
                 continue
             case Trial():

@@ -28,9 +28,9 @@ def add(verbs: Verbs) -> None:
         help="run studies in a simulated world in which much goes wrong",
         description="Run a whole study in one process under one seed: the real optimizer, dispatcher, bag and\n"
         "evaluators; a simulated network, disk, clock and processes, which fail as the seed says. After every step:\n"
-        "each trial is told at most once, in order, from its first valid answer, recorded before it takes effect,\n"
-        "and equal to the undisturbed study. When the faults stop, the study must come to its end. Exit code 1 shows\n"
-        "a violation, made as small as can be found.",
+        "each trial is told at most once, in order, from its first valid answer, recorded before it takes effect, and\n"
+        "equal to the undisturbed study. When the faults stop, the study must come to its end, and its bag verify,\n"
+        "but for lies and for arms given up. Exit code 1 shows a violation, made as small as can be found.",
         epilog="examples:\n  mobo simulate --seed 7\n  mobo simulate --seed 0 --minutes 10\n"
         "  mobo simulate --seed 0 --minutes 1 --faults torn_write,kill_optimizer",
         formatter_class=argparse.RawDescriptionHelpFormatter,

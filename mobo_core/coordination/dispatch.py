@@ -23,6 +23,8 @@ class Dispatcher:
     Places go to the lowest trial first; which evaluator's, and which trials go out a second time as stragglers,
     :mod:`mobo_core.coordination.places` says. What an evaluator holds fills its places, whether it is still wanted
     or not. No trial is with more than two evaluators at a time, and of their answers the first valid one counts.
+    An evaluator that says it has a trial's next attempt before it was sent it has one of an earlier time, before the
+    bag was cut or lost its end: it gets that trial only when it is done with what it has, which may be another arm.
 
     Args:
         lease_s: seconds a lease lasts without a heartbeat that names its candidate.
@@ -119,20 +121,29 @@ class Dispatcher:
         free = {name: places for name, e in self._evaluators.items() if (places := e.free()) > 0}
         if not free:
             return []
-        sent = []
+        sent: list[Dispatch] = []
+        is_held_back = False
         for trial in list(self._queue):
             record = self._open[trial]
+            if is_held_back and not record.attempts:
+                continue  # trials go out for the first time in their order
             # An evaluator it failed on comes last, and is left out while another is alive.
             failed_on = record.failed_on()
-            able = [name for name in free if name not in record.unable]
+            able = [name for name in free if name not in record.unable and not self._has_namesake(trial, name)]
             fit = [name for name in able if name not in failed_on]
             if not fit and any(name not in failed_on | record.unable for name in self._evaluators):
-                continue
+                able = []
             if able:
                 sent.append(self._send(trial, fit or able, free, now))
+            elif not record.attempts:
+                is_held_back = True
         for trial in sorted(self._open):
             record = self._open[trial]
-            fit = [name for name in free if is_straggler(record, name, self._evaluators, now, len(free))]
+            fit = [
+                name
+                for name in free
+                if is_straggler(record, name, self._evaluators, now, len(free)) and not self._has_namesake(trial, name)
+            ]
             if not fit:
                 continue
             if is_held_in_vain(record, self._evaluators):
@@ -200,6 +211,10 @@ class Dispatcher:
         self._evaluators[name].unanswered += 1
         self._board.lease(dispatch, now, self._lease_s)
         return dispatch
+
+    def _has_namesake(self, trial: int, evaluator: str) -> bool:
+        """Return whether an evaluator has something that the next sending of a trial would be taken for."""
+        return (trial, self._open[trial].attempts + 1) in self._evaluators[evaluator].holds
 
     def _redeems(self, dispatch: Dispatch) -> bool:
         """Return whether a good answer to a sending is still of use to a trial that used up its attempts."""

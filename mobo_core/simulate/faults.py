@@ -36,7 +36,14 @@ KINDS: dict[str, str] = {
     "deaf": "an evaluator joins that never answers",
     "other_version": "an evaluator of another version or engine joins",
     "stranger": "somebody sends answers nobody asked for, old ones, false heartbeats and noise",
+    "failing_arms": "some arms let every worker die, hang or answer what cannot be, until their attempts are used up",
+    "convincing_liar": "workers of an evaluator answer what is false, and adds up",
+    "bag_cut": "the optimizer is killed, the bag made whole and cut before some trial, and gone on with",
+    "long_limit": "an evaluator has a longer time limit than the optimizer, and its workers take that long, or hang",
 }
+
+# They change what later trials are; with the bag's end, what says so would be lost.
+CHANGING = ("enqueue", "failing_arms", "convincing_liar")
 
 # One draws without looking; the other sees every value told, but is compiled first.
 SAMPLERS = ("random", "random", "random", "tpe")
@@ -121,7 +128,7 @@ def draw_plan(seed: int, kinds: tuple[str, ...] = tuple(KINDS), n_trials: int = 
     ]
     if any(fault.kind == "power_loss" for fault in faults):
         # A command that is lost with the bag's end changes what its trial is; an answer to what it was may still come.
-        faults = [fault for fault in faults if fault.kind != "enqueue"]
+        faults = [fault for fault in faults if fault.kind not in CHANGING]
     faults.sort(key=lambda fault: fault.at)
     timeout_s = random.choice((20.0, 1e6))
     return Plan(seed, tuple(settings.items()), n_trials, workers, evaluation_s, timeout_s, tuple(faults))

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+from mobo_core.bag.blank import is_blank
+from mobo_core.bag.cut import cut_bag
+from mobo_core.bag.recover import recover_bag
 from mobo_core.simulate.disk import Disk
 from mobo_core.simulate.faults import Fault, Plan
 from mobo_core.simulate.network import Network
 from mobo_core.simulate.nodes import EvaluatorNode, OptimizerNode
 from mobo_core.simulate.stranger import Stranger
 from mobo_core.simulate.witness import Witness
-from mobo_core.simulate.workers import Manners
+from mobo_core.simulate.workers import EVALUATION_TIMEOUT_S, Manners
 from mobo_core.simulate.world import Process, World
 
 _HOUR_S = 3600.0
@@ -25,7 +28,7 @@ class Stage(Protocol):
         plan, world, network, disk: of the simulation; the disk is that of the bag.
         witness: watches the bag.
         optimizer, rival: of the study, if they were started.
-        evaluators, manners: each, and what is wrong with its workers.
+        evaluators, manners, limits: each, what is wrong with its workers, and s after which it replaces them.
         others: processes that end with the faults.
     """
 
@@ -38,6 +41,7 @@ class Stage(Protocol):
     rival: OptimizerNode | None
     evaluators: list[EvaluatorNode]
     manners: list[Manners]
+    limits: list[float]
     others: list[Process]
 
     def resume(self) -> None:
@@ -112,15 +116,12 @@ def _clock(simulation: Stage, fault: Fault) -> End:
 
 
 def _disk(simulation: Stage, fault: Fault) -> End:
-    disk, optimizer = simulation.disk, simulation.optimizer
+    disk = simulation.disk
     if fault.kind == "torn_write":
         disk.torn = True
         return None
     if fault.kind == "power_loss":
-        if optimizer is not None:
-            optimizer.kill()
-        if simulation.rival is not None:
-            simulation.rival.kill()
+        _kill_optimizers(simulation)
         disk.lose_tail(simulation.witness.folder)
         simulation.witness.reopened(lost_tail=True)
         return None
@@ -131,6 +132,25 @@ def _disk(simulation: Stage, fault: Fault) -> End:
     name = "full" if fault.kind == "disk_full" else "short"
     setattr(disk, name, True)
     return end
+
+
+def _kill_optimizers(simulation: Stage) -> None:
+    for node in (simulation.optimizer, simulation.rival):
+        if node is not None:
+            node.kill()
+
+
+def _cut(simulation: Stage, fault: Fault) -> End:
+    _kill_optimizers(simulation)
+    folder, witness = simulation.witness.folder, simulation.witness
+    if not folder.exists() or is_blank(folder):
+        return None
+    before = int(fault.amount * (witness.told + 1))
+    recover_bag(folder)
+    cut_bag(folder, before)
+    simulation.world.say(f"the bag is cut before trial {before}")
+    witness.was_cut(before)
+    return None
 
 
 def _optimizer(simulation: Stage, fault: Fault) -> End:
@@ -178,11 +198,27 @@ def _evaluator(simulation: Stage, fault: Fault) -> End:
     elif fault.kind == "slow_evaluator":
         manners.slow = 1.0 + 29.0 * fault.amount
         return end
+    elif fault.kind == "long_limit":
+        simulation.limits[i] = EVALUATION_TIMEOUT_S * (1.2 + 1.8 * fault.amount)
+        node.kill()  # the next has it
+        manners.dawdles = fault.amount
+        return end
     else:
-        name = {"dying_workers": "dies", "hanging_workers": "hangs", "lying_workers": "lies"}[fault.kind]
+        name = {
+            "dying_workers": "dies", "hanging_workers": "hangs", "lying_workers": "lies", "convincing_liar": "deceives",
+        }[fault.kind]  # fmt: skip
         setattr(manners, name, fault.amount)
         return end
     return None
+
+
+def _arms(simulation: Stage, fault: Fault) -> End:
+    def share(of_trials: float) -> None:
+        for manners in simulation.manners:
+            manners.fails = of_trials
+
+    share(0.5 * fault.amount)
+    return lambda: share(0.0)
 
 
 def _guest(simulation: Stage, fault: Fault) -> End:
@@ -207,6 +243,8 @@ _OF: dict[tuple[str, ...], Callable[[Stage, Fault], End]] = {
     ("kill_optimizer", "hang_optimizer", "stop", "pause", "enqueue"): _optimizer,
     ("rival_namespace", "rival_bag"): _rival,
     ("kill_evaluator", "leave_evaluator", "hang_evaluator", "slow_evaluator", "dying_workers", "hanging_workers",
-     "lying_workers"): _evaluator,
+     "lying_workers", "convincing_liar", "long_limit"): _evaluator,
+    ("failing_arms",): _arms,
+    ("bag_cut",): _cut,
     ("unable", "deaf", "other_version", "stranger"): _guest,
 }  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from mobo_core.bag.study_bag import StudyBag
@@ -19,19 +20,37 @@ from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.plan import plan_study, total_trials
 from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InUseError, MoboError
-from mobo_core.messages import Candidate, EvaluatorStatus, OptimizerStatus, StudyStatus, Trial, decode, encode
+from mobo_core.messages import (
+    Candidate,
+    Evaluation,
+    EvaluatorStatus,
+    OptimizerStatus,
+    StudyStatus,
+    Trial,
+    decode,
+    encode,
+)
 from mobo_core.simulate.disk import Disk
 from mobo_core.simulate.network import Network
 from mobo_core.simulate.oracle import describer
 from mobo_core.simulate.violation import Violation
 from mobo_core.simulate.witness import Witness
-from mobo_core.simulate.workers import SimulatedWorkers
+from mobo_core.simulate.workers import EVALUATION_TIMEOUT_S, SimulatedWorkers
 from mobo_core.simulate.world import Process, World
 
 TICK_S, STATUS_S, CLAIM_S, HOLD_S = 0.1, 0.5, 0.1, 1.0
-LEASE_S, EVALUATION_TIMEOUT_S = 10.0, 100.0
+LEASE_S = 10.0
 # So long the middleware takes to see that a publisher is gone.
 LIVELINESS_S = 2.0
+
+
+@dataclass
+class _Heard:
+    """What an evaluator said last: when, how many places it has, and what it holds, without what it answered since."""
+
+    at: float
+    places: int
+    holds: set[tuple[int, int]]
 
 
 class OptimizerNode(Process):
@@ -71,7 +90,7 @@ class OptimizerNode(Process):
         self.optimizer: Optimizer | None = None
         self.finished = False
         self._bag: StudyBag | None = None
-        self._heard: dict[str, tuple[float, set[tuple[int, int]]]] = {}
+        self._heard: dict[str, _Heard] = {}
         self._leased: dict[tuple[int, int, str], LiveEvaluator] = {}
         message = OptimizerStatus(
             optimizer=f"/{name}", study=options.study_name, bag=str(options.folder), host_id=host, pid=number
@@ -108,6 +127,7 @@ class OptimizerNode(Process):
         if topic == "candidates":
             sent = decode(Candidate, data)
             self.world.say(f"{self.name} sends trial {sent.trial}, attempt {sent.attempt}, to {sent.evaluator}")
+            self._look_at_places(sent.evaluator)
         elif topic == "trials":
             told = decode(Trial, data)
             self.world.say(f"{self.name} tells trial {told.trial} (attempt {told.attempt} on {told.evaluator})")
@@ -150,7 +170,7 @@ class OptimizerNode(Process):
         self._witness.reopened()  # a file that was torn has been made whole
         optimizer = self.optimizer
         self._network.subscribe(self, "evaluators", self._on_evaluator)
-        self._network.subscribe(self, "evaluations", lambda data: optimizer.on_evaluation(data, self.clock()))
+        self._network.subscribe(self, "evaluations", self._on_evaluation)
         if not optimizer.done:
             optimizer.record_status(StudyStatus.RUNNING)
 
@@ -159,9 +179,20 @@ class OptimizerNode(Process):
             status = decode(EvaluatorStatus, data)
             named = zip(status.studies, status.trials, status.attempts, strict=True)
             holds = {(int(trial), int(attempt)) for study, trial, attempt in named if study == self.options.study_name}
-            self._heard[status.evaluator] = (self.clock(), holds)
+            if status.state == EvaluatorStatus.ALIVE:
+                self._heard[status.evaluator] = _Heard(self.clock(), status.workers, holds)
+            else:
+                self._heard.pop(status.evaluator, None)
         if self.optimizer is not None:
             self.optimizer.on_evaluator(data, self.clock())
+
+    def _on_evaluation(self, data: bytes) -> None:
+        with contextlib.suppress(MoboError):
+            answer = decode(Evaluation, data)
+            if (heard := self._heard.get(answer.evaluator)) is not None:
+                heard.holds.discard((answer.trial, answer.attempt))
+        if self.optimizer is not None:
+            self.optimizer.on_evaluation(data, self.clock())
 
     def _report(self) -> None:
         if self.optimizer is not None:
@@ -183,6 +214,12 @@ class OptimizerNode(Process):
             self.world.say(f"{self.name} ends: {'done' if optimizer.done else 'stopped'}")
             self.is_gone()
 
+    def _look_at_places(self, name: str) -> None:
+        """See that what an evaluator was sent, and what it says it has, wanted or not, is no more than its places."""
+        known, heard = self._dispatcher._evaluators[name], self._heard.get(name)
+        if heard is not None and len(held := known.leases.keys() | heard.holds) > heard.places:
+            raise Violation("places", f"{name} has {heard.places} places, and is to have {len(held)} candidates")
+
     def _look_at_leases(self) -> None:
         """See that no lease has ended of which an evaluator said just now that it has the candidate."""
         now, dispatcher = self.clock(), self._dispatcher
@@ -191,10 +228,9 @@ class OptimizerNode(Process):
             trial, attempt, name = lease
             if trial not in opened or alive.get(name) is not evaluator or not evaluator.is_proven:
                 continue
-            heard, holds = self._heard.get(name, (0.0, set()))
-            record = opened[trial]
+            said, record = self._heard.get(name), opened[trial]
             still = attempt in record.leases or name in record.failed_on() | record.unable
-            if not still and now - heard < HEARTBEAT_S and (trial, attempt) in holds:
+            if said and not still and now - said.at < HEARTBEAT_S and (trial, attempt) in said.holds:
                 raise Violation("leases", f"{name} has trial {trial} and says so, but its lease has ended")
         self._leased = {
             (trial, attempt, lease.dispatch.evaluator): alive[lease.dispatch.evaluator]
@@ -281,9 +317,7 @@ class EvaluatorNode(Process):
             self.world.say(f"{self.name} leaves")
 
 
-def options_of(
-    folder: Path, name: str, settings: dict[str, object], n_trials: int
-) -> OptimizerOptions:
+def options_of(folder: Path, name: str, settings: dict[str, object], n_trials: int) -> OptimizerOptions:
     """Return the parameters of an optimizer that begins a study or goes on with it."""
     return OptimizerOptions.of({
         "study_name": name, "bag": str(folder), "n_trials": n_trials, "engine": "simulated", "resume": True,

@@ -12,6 +12,9 @@ from mobo_core.design.prepared import PreparedXacro
 from mobo_core.search.study import OrderedStudy, Params, StudySettings, Told
 from mobo_core.simulate.workers import is_bad
 
+# Reach and torque; None if the trial failed.
+Values = tuple[float, float] | None
+
 _ANSWERING = Answering("oracle", "simulated", simulated_s=0.0)
 
 
@@ -26,7 +29,7 @@ class Expected:
 
     params_json: str
     urdf: str
-    values: tuple[float, float] | None
+    values: Values
 
 
 _xacros: dict[str, PreparedXacro] = {}
@@ -52,22 +55,34 @@ class Oracle:
 
     Args:
         settings: of the study.
+        alone: whether nobody else asks it, so that a study may go another way.
     """
 
-    def __init__(self, settings: StudySettings) -> None:
+    def __init__(self, settings: StudySettings, *, alone: bool) -> None:
+        self._settings, self._alone = settings, alone
         self._study, self._describe, self._spec = OrderedStudy(settings), describer(settings.space), settings.spec
         self._trials: list[Expected] = []
 
-    def expects(self, number: int, enqueued: Mapping[int, Params]) -> Expected:
-        """Return what a trial must be, when the arms ``enqueued`` are asked at their numbers."""
+    def anew(self) -> Oracle:
+        """Return one for a study that goes on from an earlier trial, maybe in another way."""
+        return Oracle(self._settings, alone=True) if self._alone else self
+
+    def expects(self, number: int, enqueued: Mapping[int, Params], otherwise: Mapping[int, Values]) -> Expected:
+        """Return what a trial must be.
+
+        Args:
+            number: of the trial.
+            enqueued: arms that are asked at their numbers.
+            otherwise: what trials were told other than they must be: those asked after them see that.
+        """
         while len(self._trials) <= number:
             while not self._study.may_ask():
                 told = len(self._study.told)
-                self._study.tell(Told(told, self._trials[told].values))
+                self._study.tell(Told(told, otherwise.get(told, self._trials[told].values)))
             params = enqueued.get(len(self._trials))
             asked = self._study.ask() if params is None else self._study.recall(params)
             urdf = self._describe(asked.design)
-            values = None
+            values: Values = None
             if not is_bad(urdf):
                 result = simulated(urdf, self._spec, 0.0)
                 values = (result.reach, result.torque)
@@ -81,10 +96,10 @@ _known: dict[str, Oracle] = {}
 def oracle_of(settings: StudySettings, *, alone: bool) -> Oracle:
     """Return an oracle of these settings; unless ``alone``, one that others have asked before."""
     if alone:
-        return Oracle(settings)
+        return Oracle(settings, alone=True)
     key = settings.to_json()
     if key not in _known:
         if len(_known) >= 64:
             _known.clear()
-        _known[key] = Oracle(settings)
+        _known[key] = Oracle(settings, alone=False)
     return _known[key]

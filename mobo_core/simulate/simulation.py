@@ -10,8 +10,10 @@ from itertools import count
 from pathlib import Path
 
 from mobo_core.clock import told_by
+from mobo_core.coordination.options import OptimizerOptions
+from mobo_core.simulate.aftermath import check_verified
 from mobo_core.simulate.disk import Disk
-from mobo_core.simulate.faults import Fault, Plan
+from mobo_core.simulate.faults import CHANGING, Fault, Plan
 from mobo_core.simulate.happenings import HOME, begin
 from mobo_core.simulate.network import Network, Weather
 from mobo_core.simulate.nodes import EvaluatorNode, OptimizerNode, options_of
@@ -63,12 +65,11 @@ class Simulation:
         self.network = Network(self.world)
         self.disk = Disk(self.world.chance("disk"))
         self.manners = [Manners() for _ in plan.workers]
+        self.limits = [plan.timeout_s for _ in plan.workers]
         self.others: list[Process] = []  # that belong to no study of ours
         self.faults: Counter[str] = Counter()
         self.options = options_of(folder / STUDY, STUDY, dict(plan.settings), plan.n_trials)
-        settings = self.options.settings()
-        enqueues = any(fault.kind == "enqueue" for fault in plan.faults)
-        self.witness = Witness(folder / STUDY, settings, oracle_of(settings, alone=enqueues))
+        self.witness = self._witness(self.options)
         self.optimizer: OptimizerNode | None = None
         self.rival: OptimizerNode | None = None
         self.evaluators: list[EvaluatorNode] = []
@@ -89,6 +90,7 @@ class Simulation:
                 if self.witness.told != self.plan.n_trials:
                     told = f"{self.witness.told} of {self.plan.n_trials} trials"
                     raise Violation("all are told", f"{told} are in the bag of a study that is done")
+                check_verified(self.witness)
             except Violation as violation:
                 outcome.violation = violation
             finally:
@@ -133,8 +135,8 @@ class Simulation:
             manners.__dict__.update(Manners().__dict__)
         for process in self.others:
             process.kill()
-        if self.plan.timeout_s > LIVENESS_S:  # nobody else ends workers that hang
-            for node in self.evaluators:
+        for node, limit in zip(self.evaluators, self.limits, strict=True):
+            if limit > LIVENESS_S:  # nobody else ends workers that hang
                 node.kill()
         self._healed = True
 
@@ -169,18 +171,23 @@ class Simulation:
         name = f"t{next(self._pids)}"
         folder = self.folder / name
         options = options_of(folder, name, dict(self.plan.settings), self.plan.n_trials)
-        settings = options.settings()
-        witness = Witness(folder, settings, oracle_of(settings, alone=False))
+        witness = self._witness(options)
         return OptimizerNode(
             self.world, name, host, next(self._pids), self.network, Disk(self.world.chance(name)), options, witness,
             self._holders, self._locks,
         )  # fmt: skip
 
+    def _witness(self, options: OptimizerOptions) -> Witness:
+        kinds, settings = {fault.kind for fault in self.plan.faults}, options.settings()
+        oracle = oracle_of(settings, alone=not kinds.isdisjoint(CHANGING))
+        exhausts = "failing_arms" in kinds
+        return Witness(options.folder, settings, oracle, self.world.lies, may_exhaust=exhausts)
+
     def _evaluator(self, i: int) -> EvaluatorNode:
         plan = self.plan
         node = EvaluatorNode(
             self.world, f"e{i}", f"host{i}" if i else HOME, self.network, plan.workers[i], plan.evaluation_s,
-            plan.timeout_s,
+            self.limits[i],
         )  # fmt: skip
         node.workers.manners = self.manners[i]
         return node
@@ -210,4 +217,3 @@ def simulate(plan: Plan) -> Outcome:
     memory = Path("/dev/shm")
     with tempfile.TemporaryDirectory(prefix="mobo_simulate_", dir=memory if memory.is_dir() else None) as folder:
         return Simulation(plan, Path(folder)).run()
-

@@ -18,6 +18,8 @@ from mobo_core.simulate.world import Process
 
 # So many evaluations of a trial may be made to fail: one less than it takes for the trial to fail.
 MOST_FAILURES = 2
+# s that an optimizer gives an evaluation; evaluators may give it more.
+EVALUATION_TIMEOUT_S = 100.0
 _ONE_ARM_IN = 16
 
 
@@ -40,6 +42,9 @@ class Manners:
     Attributes:
         slow: times as long as it should take.
         dies, hangs, lies: share of evaluations.
+        dawdles: share of evaluations that take longer than the optimizer waits, if they end at all.
+        fails: share of trials of which no evaluation comes to anything.
+        deceives: share of evaluations answered by what is false, and does not look it.
         unable: answers nothing but that it is unable to.
         deaf: never answers.
     """
@@ -48,6 +53,9 @@ class Manners:
     dies: float = 0.0
     hangs: float = 0.0
     lies: float = 0.0
+    dawdles: float = 0.0
+    fails: float = 0.0
+    deceives: float = 0.0
     unable: bool = False
     deaf: bool = False
 
@@ -126,16 +134,49 @@ class _SimulatedWorker:
         if manners.unable:
             answer = self._answering.refusal(candidate, Evaluation.FAILED, f"{UNABLE}no such engine")
             return self.says(encode(answer), seconds)
-        if fate < manners.dies + manners.hangs + manners.lies and world.may_fail(candidate.trial, MOST_FAILURES):
-            if fate < manners.dies:
-                world.say(f"{workers.process.name}: worker with trial {candidate.trial} dies")
-                return self.says(None, seconds)
-            if fate < manners.dies + manners.hangs:
-                world.say(f"{workers.process.name}: worker with trial {candidate.trial} hangs")
-                return None
-            world.say(f"{workers.process.name}: worker with trial {candidate.trial} lies")
+        name, number = workers.process.name, candidate.trial
+        misdeed = self._misdeed(number, fate)
+        if misdeed:
+            world.say(f"{name}: worker with trial {number} {misdeed}")
+        if misdeed == "dies":
+            return self.says(None, seconds)
+        if misdeed == "hangs":
+            return None
+        if misdeed == "lies":
             return self.says(encode(self._lie(self._answering.answer(candidate))), seconds)
+        if misdeed == "deceives":
+            data = encode(self._deception(candidate))
+            world.lies.add(data)
+            return self.says(data, seconds)
+        if misdeed == "dawdles":
+            seconds = EVALUATION_TIMEOUT_S * workers.random.uniform(1.05, 2.0)
         return self.says(encode(honest_answer(self._answering, candidate)), seconds)
+
+    def _misdeed(self, trial: int, fate: float) -> str:
+        """Return what comes in place of an evaluation of a trial, or "".
+
+        Args:
+            trial: its number.
+            fate: 0 to 1, drawn for this evaluation.
+        """
+        manners, world, random = self._workers.manners, self._world, self._workers.random
+        if manners.fails and world.chance(f"trial {trial} fails").random() < manners.fails:
+            return random.choice(("dies", "hangs", "lies"))
+        # What shows or takes too long counts against the trial.
+        for name in ("dies", "hangs", "lies", "dawdles"):
+            if fate < getattr(manners, name):
+                if not world.may_fail(trial, MOST_FAILURES):
+                    return ""
+                return random.choice(("hangs", "dawdles")) if name == "dawdles" else name
+            fate -= getattr(manners, name)
+        return "deceives" if fate < manners.deceives else ""
+
+    def _deception(self, candidate: Candidate) -> Evaluation:
+        """Return an answer that is false, and that only evaluating again shows to be."""
+        random = self._workers.random
+        if not is_bad(candidate.urdf) and random.random() < 0.3:
+            return self._answering.refusal(candidate, Evaluation.REJECTED, "bad arm, or so I say")
+        return self._answering.answer(dataclasses.replace(candidate, urdf=f"{candidate.urdf}{random.random()}"))
 
     def _lie(self, true: Evaluation) -> Evaluation:
         """Return an answer that shows on its face that it is none."""

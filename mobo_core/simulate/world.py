@@ -30,6 +30,7 @@ class World:
         wall_shift_s: s by which the wall clock is wrong.
         trace: the latest lines on what happened.
         failures: trial -> how often an evaluation of it was made to fail.
+        lies: answers (CDR bytes) that are false, and do not look it.
     """
 
     def __init__(self, seed: int) -> None:
@@ -38,6 +39,7 @@ class World:
         self.wall_shift_s = 0.0
         self.trace: deque[str] = deque(maxlen=_TRACE_LINES)
         self.failures: dict[int, int] = {}
+        self.lies: set[bytes] = set()
         self._events: list[tuple[float, int, Action]] = []
         self._numbers = count()
 

@@ -116,9 +116,7 @@ def evaluation_jobs(study: StudyRecord, history: History) -> list[Job]:
         failed = history.failures.get(number)
         failure = _failure(failed) if failed is not None and failed.status != Evaluation.REJECTED else ""
         engine = engine_of(study, candidate)
-        jobs.append(
-            Job(number, candidate.urdf, candidate.tip, spec_json, engine, tuple(objectives), answers, failure)
-        )
+        jobs.append(Job(number, candidate.urdf, candidate.tip, spec_json, engine, tuple(objectives), answers, failure))
     return jobs
 
 
@@ -185,9 +183,8 @@ def _evaluate_again(job: Job) -> Again:
         if answer.status != Evaluation.OK:
             found.append(("status", f"{answer.who} rejected it ({answer.reason:.100}), but it evaluates"))
         elif not result.audit_fault:
-            by = f" by {answer.who}" if len(job.answers) > 1 else ""
             differs = _different(answer, result)
-            found += [(name, f"{old} recorded{by}, evaluated again {new}") for name, old, new in differs]
+            found += [(name, f"{old} recorded by {answer.who}, evaluated again {new}") for name, old, new in differs]
     evaluates = ""
     if job.failure and not result.audit_fault:
         evaluates = f"told as failed ({job.failure}), but it evaluates: reach {result.reach:.6g}"
