@@ -49,6 +49,29 @@ def ends_with_tests() -> dict[str, str]:
     return {"MOBO_PARENT": f"{os.getpid()} {signal.SIGKILL}"}
 
 
+class Node(subprocess.Popen[str]):
+    """A node's process, whose output goes to a file.
+
+    Attributes:
+        log: where its output goes.
+        was_signalled: whether the test had a hand in its end.
+    """
+
+    def __init__(self, command: Sequence[str], log: Path, environment: dict[str, str], folder: Path) -> None:
+        self.log, self.was_signalled = log, False
+        with log.open("w") as out:
+            super().__init__(command, env=environment, stdout=out, stderr=subprocess.STDOUT, text=True, cwd=folder)
+
+    def send_signal(self, sig: int) -> None:
+        """Send a signal."""
+        self.was_signalled |= sig not in (signal.SIGSTOP, signal.SIGCONT)
+        super().send_signal(sig)
+
+
+# Those of this process that were started and not ended by :meth:`Nodes.close`.
+_RUNNING: list[Node] = []
+
+
 class Nodes:
     """Starts nodes and ends them all at the end of a test."""
 
@@ -56,11 +79,11 @@ class Nodes:
         self.environment, self.folder = environment, folder
         self.spec = folder / "quick.yaml"
         self.spec.write_text(QUICK_SPEC)
-        self._processes: list[subprocess.Popen[str]] = []
+        self._processes: list[Node] = []
 
     def start(
         self, executable: str, remap: str = "", on: Sequence[str] = (), arguments: Sequence[str] = (), **parameters: Any
-    ) -> subprocess.Popen[str]:
+    ) -> Node:
         """Start a node; its output goes to a file of its own, see :meth:`output`. ``on``: see ``hosts.Hosts.on``.
 
         ``arguments`` come before the parameters.
@@ -69,20 +92,17 @@ class Nodes:
         command += [*(["-r", remap] if remap else []), *arguments]
         for name, value in parameters.items():
             command += ["-p", f"{name}:={json.dumps(str(value) if isinstance(value, Path) else value)}"]
-        log = (self.folder / f"{len(self._processes)}_{executable}.log").open("w+")
-        environment = self.environment | ends_with_tests()
-        process = subprocess.Popen(
-            command, env=environment, stdout=log, stderr=subprocess.STDOUT, text=True, cwd=self.folder
-        )
-        process.log = log  # type: ignore[attr-defined]
-        self._processes.append(process)
-        return process
+        log = self.folder / f"{len(self._processes)}_{executable}.log"
+        node = Node(command, log, self.environment | ends_with_tests(), self.folder)
+        self._processes.append(node)
+        _RUNNING.append(node)
+        return node
 
-    def study(self, bag: Path, **parameters: Any) -> subprocess.Popen[str]:
+    def study(self, bag: Path, **parameters: Any) -> Node:
         """Start a whole study with the quick spec."""
         return self.start("study", **{"bag": bag, "study_name": "s", "spec": self.spec, "workers": 1, **parameters})
 
-    def optimizer(self, bag: Path, **parameters: Any) -> subprocess.Popen[str]:
+    def optimizer(self, bag: Path, **parameters: Any) -> Node:
         """Start an optimizer with the quick spec."""
         return self.start("optimizer", **{"bag": bag, "study_name": "s", "spec": self.spec, **parameters})
 
@@ -92,16 +112,15 @@ class Nodes:
             if process.poll() is None:
                 process.kill()
             process.wait()
-            process.log.close()  # type: ignore[attr-defined]
+            _RUNNING.remove(process)
 
 
-def output(process: subprocess.Popen[str]) -> str:
+def output(node: Node) -> str:
     """Return what a node has printed so far."""
-    log: Any = process.log  # type: ignore[attr-defined]
-    return Path(log.name).read_text()
+    return node.log.read_text()
 
 
-def finish(process: subprocess.Popen[str], timeout_s: float = PATIENCE_S) -> int:
+def finish(process: Node, timeout_s: float = PATIENCE_S) -> int:
     """Wait for a node to end and return its exit code."""
     try:
         return process.wait(timeout_s)
@@ -110,15 +129,27 @@ def finish(process: subprocess.Popen[str], timeout_s: float = PATIENCE_S) -> int
         raise AssertionError(f"still running after {timeout_s:g} s:\n{output(process)}") from None
 
 
-def wait_for(what: Callable[[], Any], text: str, timeout_s: float = PATIENCE_S) -> Any:
-    """Wait until ``what`` returns something true, and return it."""
+def wait_for(what: Callable[[], Any], text: str, timeout_s: float = PATIENCE_S, *, nodes_may_fail: bool = False) -> Any:
+    """Wait until ``what`` returns something true, and return it.
+
+    A node that fails meanwhile, or did unseen, ends the wait at once, unless ``nodes_may_fail``.
+    """
     until = time.monotonic() + timeout_s
     while time.monotonic() < until:
+        failed = [] if nodes_may_fail else [node for node in _RUNNING if _has_failed_unseen(node)]
         found = what()
         if found:
             return found
+        for node in failed:
+            last = "".join(output(node).splitlines(keepends=True)[-20:])
+            raise AssertionError(f"waited for {text}, but {node.log.stem} ended with {node.returncode}:\n{last}")
         time.sleep(0.05)
     raise AssertionError(f"waited {timeout_s:g} s for {text}")
+
+
+def _has_failed_unseen(node: Node) -> bool:
+    """Return whether a node has ended with an error of which the test knows nothing yet."""
+    return node.returncode is None and not node.was_signalled and node.poll() not in (None, 0)
 
 
 def told_so_far(bag: Path) -> int:
