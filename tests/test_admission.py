@@ -101,7 +101,7 @@ def test_no_stranger_makes_a_bag_unreadable(tmp_path: Path) -> None:
     answer = Answering("good", "simulated", simulated_s=0.0).answer(sent[0])
     for fields in ({"host_id": "x" * 5000}, {"evaluator": "x" * 5000}, {"reason": "x" * 500_000}):
         optimizer.on_evaluation(encode(replace(answer, **fields)), 0.0)
-    assert optimizer.answers_unused == 3 and sum("ignored" in line for line in warned) == 8
+    assert optimizer.status(optimizer.state).answers_unused == 3 and sum("ignored" in line for line in warned) == 8
     optimizer.on_evaluation(encode(answer), 0.0)
     bag.close()
     study = read_study(tmp_path / "bag")

@@ -18,6 +18,7 @@ from mobo_core.bag.writer import McapFile
 from mobo_core.coordination import leases
 from mobo_core.coordination.control import Controls
 from mobo_core.coordination.dispatch import Dispatcher
+from mobo_core.coordination.judge import Judge
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.progress import Progress
 from mobo_core.messages import Evaluation, Trial, decode
@@ -189,14 +190,14 @@ def _forget_a_pause(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def _last_answer_wins(monkeypatch: pytest.MonkeyPatch) -> None:
-    def judge(self: Optimizer, evaluation: Evaluation, now: float, *, overdue: bool = False) -> bool:
+    def judge(self: Judge, evaluation: Evaluation, now: float, *, overdue: bool = False) -> bool:
         waits = evaluation.trial in self._progress._answers and evaluation.status == Evaluation.OK
         if waits:
             self._progress.answer(evaluation, "")
         return true(self, evaluation, now, overdue=overdue) or waits
 
-    true = Optimizer._judge
-    monkeypatch.setattr(Optimizer, "_judge", judge)
+    true = Judge.judge
+    monkeypatch.setattr(Judge, "judge", judge)
 
 
 def _never_wait_again(monkeypatch: pytest.MonkeyPatch) -> None:

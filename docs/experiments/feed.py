@@ -77,6 +77,7 @@ def optimizer(first: int, last: int) -> int:
     from rclpy.executors import SingleThreadedExecutor
 
     import mobo.optimizer
+    import mobo_core.coordination.judge as judge
     import mobo_core.coordination.optimizer as core
     from mobo_core.bag.study_bag import StudyBag
     from mobo_core.design.prepared import PreparedXacro
@@ -89,7 +90,7 @@ def optimizer(first: int, last: int) -> int:
         (core.Optimizer, "on_evaluation", "other"),
         (core.Optimizer, "tick", "other"),
         (core.Optimizer, "status", "other"),
-        (core, "decode", "receive"),
+        (judge, "decode", "receive"),
         (OrderedStudy, "ask", "ask"),
         (OrderedStudy, "_catch_up", "tell"),
         (OrderedStudy, "tell", "tell"),
@@ -109,7 +110,7 @@ def optimizer(first: int, last: int) -> int:
         if told.number in (first, last):
             meter.switch(meter.switch("other"))
             mark = {"wall": time.perf_counter(), "cpu": cpu_s(), "kb": resident_kb(), **meter.spent}
-            mark |= {"resent": running[0].resent, "unused": running[0].answers_unused}
+            mark |= {"resent": running[0].resent, "unused": running[0].status(0).answers_unused}
             report.with_suffix(f".{told.number}").write_text(json.dumps(mark))
 
     def opened(self: Any, *args: Any, **kwargs: Any) -> None:

@@ -30,6 +30,7 @@ def stages() -> Meter:
     """Return a meter that divides time among the stages."""
     import mobo_core.bag.study_bag as study_bag
     import mobo_core.coordination.answer as answer
+    import mobo_core.coordination.judge as judge
     import mobo_core.coordination.optimizer as core
     import mobo_core.evaluation.chain as chain
     import mobo_core.evaluation.evaluate as evaluation
@@ -56,7 +57,7 @@ def stages() -> Meter:
     for owner, name, stage in (
         (core.Optimizer, "on_evaluation", "judge, dispatch"),
         (core.Optimizer, "on_evaluator", "judge, dispatch"),
-        (core, "decode", "decode"),
+        (judge, "decode", "decode"),
         (study_bag, "encode", "encode"),
         (McapFile, "write", "bag"),
         (OrderedStudy, "ask", "ask"),

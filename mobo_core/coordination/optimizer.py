@@ -4,42 +4,25 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 
 import numpy as np
 
 from mobo_core.bag.record import StudyRecord
 from mobo_core.bag.study_bag import StudyBag
-from mobo_core.bag.validity import check_plain
 from mobo_core.coordination.admission import Admission
-from mobo_core.coordination.answers import claim_of, failure_reason, read_heartbeat
+from mobo_core.coordination.attendance import Attendance
 from mobo_core.coordination.control import STOPPED_BY_COMMAND, STOPPED_BY_SIGNAL, Controls
 from mobo_core.coordination.dispatch import Dispatcher
-from mobo_core.coordination.leases import Dispatch, Verdict
+from mobo_core.coordination.judge import Judge
+from mobo_core.coordination.leases import Dispatch
 from mobo_core.coordination.progress import Progress
 from mobo_core.design.description import TIP_LINK
 from mobo_core.design.design import Design
 from mobo_core.design.prepared import PreparedXacro
 from mobo_core.errors import InputError, visibly
 from mobo_core.evaluation.spec_message import spec_to_message
-from mobo_core.messages import (
-    UNABLE,
-    Candidate,
-    Command,
-    Evaluation,
-    EvaluatorStatus,
-    StudyStatus,
-    Trial,
-    decode,
-    encode,
-)
+from mobo_core.messages import Candidate, Command, Evaluation, StudyStatus, Trial, encode
 from mobo_core.search.study import Asked, OrderedStudy, StudySettings
-from mobo_core.version import __version__
-
-# Answers to a trial that change nothing are recorded too, but a flood of them shall not fill the disk.
-_MAX_UNUSED_RECORDED = 16
-# Of an answer: a voxel's entries in all maps, and far more than all the rest.
-_VOXEL_BYTES, _ANSWER_BYTES = 26, 100_000
 
 Publish = Callable[[str, bytes], None]
 
@@ -80,13 +63,13 @@ class Optimizer:
         self._bag, self._dispatcher, self._publish = bag, dispatcher, publish
         self._log, self._warn = visibly(log), visibly(warn)
         self._admission = Admission(bag.settings.engine, self._log, self._warn, settings.spec.ik_mode)
+        self._attendance = Attendance(bag, self._admission, dispatcher, self._log, self._warn)
+        self._judge = Judge(bag, settings, dispatcher, self._progress, self._warn)
         bag.note(max_attempts=dispatcher.max_attempts)
         self._spec_message = spec_to_message(settings.spec)
-        self._max_answer_bytes = _ANSWER_BYTES + _VOXEL_BYTES * settings.spec.n_voxels
         self._describe = PreparedXacro(settings.space).to_urdf if describe is None else describe
         self._urdfs: dict[int, str] = {}
-        self._unused_of: dict[int, int] = {}
-        self.answers = self.answers_unused = self.resent = 0
+        self.resent = 0
         if (past := bag.past()) is not None:
             try:
                 self._replay(past)
@@ -131,68 +114,21 @@ class Optimizer:
 
     def on_evaluator(self, data: bytes, now: float) -> None:
         """Take a heartbeat (CDR bytes of an EvaluatorStatus)."""
-        try:
-            status = read_heartbeat(data)
-        except InputError as error:
-            self._warn(f"heartbeat ignored: {error}")
-            return
-        name = status.evaluator
-        if status.state == EvaluatorStatus.LEFT:
-            if name in self._dispatcher.evaluators:
-                self._record_evaluator(status, EvaluatorStatus.LEFT)
-                self._log(f"{name} left")
-            self._dispatcher.left(name)
-        elif status.state == EvaluatorStatus.ALIVE:
-            holds = [
-                (int(trial), int(attempt))
-                for study, trial, attempt in zip(status.studies, status.trials, status.attempts, strict=True)
-                if study == self._bag.name
-            ]
-            if name not in self._dispatcher.evaluators and not self._admission.admits(status, now):
-                return
-            if self._dispatcher.heard(name, status.workers, holds, now):
-                self._record_evaluator(status, EvaluatorStatus.JOINED)
-                version = status.mobo_version or "of an unknown version"
-                other = "" if version == __version__ else f", another than here ({__version__})"
-                say = self._warn if other else self._log
-                say(f"{name} joined: {status.workers} workers, {status.engine}, mobo {version}{other}")
-        self.tick(now)
+        if self._attendance.heard(data, now):
+            self.tick(now)
 
     def on_evaluation(self, data: bytes, now: float) -> None:
         """Take an answer (CDR bytes of an Evaluation): recorded, judged, and if it is its trial's first, used."""
-        self.answers += 1
-        try:
-            if len(data) > self._max_answer_bytes:
-                raise InputError(f"{len(data):,} bytes", where="answer", expected=f"at most {self._max_answer_bytes:,}")
-            evaluation = decode(Evaluation, data)
-            check_plain(evaluation, "answer")  # else nobody could read the bag
-        except InputError as error:
-            self.answers_unused += 1
-            self._warn(f"answer ignored: {error}")
-            return
-        trial = evaluation.trial
-        if evaluation.study != self._bag.name or trial >= len(self.study.asked):
-            self.answers_unused += 1
-            self._warn(f"answer ignored: trial {trial} of study {evaluation.study[:40]!r} was never sent out")
-            return
-        dispatch, ok, _ = claim_of(evaluation, self.settings)
-        if self._unused_of.get(trial, 0) >= _MAX_UNUSED_RECORDED and not self._dispatcher.matters(dispatch, ok=ok):
-            self.answers_unused += 1
-            return
-        self._bag.append_raw("evaluations", "Evaluation", data)
-        if not self._judge(evaluation, now):
-            self.answers_unused += 1
-            self._unused_of[trial] = self._unused_of.get(trial, 0) + 1
-        self.tick(now)
+        if self._judge.take(data, now):
+            self.tick(now)
 
     def tick(self, now: float) -> None:
         """Do all there is to do: tell, ask, send out."""
         lost, overdue = self._dispatcher.expire(now)
         for name in lost:
-            self._record_evaluator(EvaluatorStatus(evaluator=name), EvaluatorStatus.LOST)
-            self._warn(f"{name} lost: its candidates go to others")
+            self._attendance.lost(name)
         for dispatch in overdue:
-            self._time_out(dispatch, now)
+            self._judge.time_out(dispatch, now)
         while True:
             while (trial := self._progress.due()) is not None:
                 self._tell(trial)
@@ -221,8 +157,8 @@ class Optimizer:
             front_size=len(self._progress.front),
             best_reach=self.best[0].reach if self.best is not None else 0.0,
             hypervolume=self._progress.front.hypervolume,
-            answers=self.answers,
-            answers_unused=self.answers_unused,
+            answers=self._judge.answers,
+            answers_unused=self._judge.unused,
             resent=self.resent,
             bag=str(self._bag.folder),
         )
@@ -251,7 +187,7 @@ class Optimizer:
             self._open(self.study.asked[number], sent.get(number))
         for evaluation in past.evaluations:
             if evaluation.trial >= len(self.study.told):
-                self._judge(evaluation, 0.0)  # no lease of that time is left to measure
+                self._judge.judge(evaluation, 0.0)  # no lease of that time is left to measure
         answered = self._progress.answered
         self._log(f"resuming {past.name}: {len(self.study.told)} trials told, {answered} answered")
         if self.controls.paused:
@@ -281,34 +217,6 @@ class Optimizer:
         self.resent += dispatch.attempt > 1
         self._publish("candidates", self._bag.append("candidates", candidate))
 
-    def _judge(self, evaluation: Evaluation, now: float, *, overdue: bool = False) -> bool:
-        """Let the dispatcher judge an answer; return whether it changed anything."""
-        dispatch, ok, _ = claim_of(evaluation, self.settings)
-        unable = evaluation.status == Evaluation.FAILED and evaluation.reason.startswith(UNABLE)
-        verdict = self._dispatcher.answered(dispatch, now, ok=ok, unable=unable, overdue=overdue)
-        good = ok and evaluation.status == Evaluation.OK
-        reason = "" if good else failure_reason(evaluation, self.settings)
-        if verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED):
-            self._progress.answer(evaluation, reason)
-        elif verdict is Verdict.RETRY:
-            self._warn(f"trial {dispatch.trial}, attempt {dispatch.attempt} on {dispatch.evaluator}: {reason}")
-        return verdict in (Verdict.ACCEPTED, Verdict.EXHAUSTED)
-
-    def _time_out(self, dispatch: Dispatch, now: float) -> None:
-        """Record that an evaluator took too long as the FAILED answer it comes to, so that resume judges it too."""
-        if not self._dispatcher.matters(dispatch, ok=False):
-            return  # another attempt that timed out was the trial's last
-        evaluation = Evaluation(
-            study=self._bag.name,
-            trial=dispatch.trial,
-            attempt=dispatch.attempt,
-            evaluator=dispatch.evaluator,
-            status=Evaluation.FAILED,
-            reason=f"timed out after {self._dispatcher.evaluation_timeout_s:g} s",
-        )
-        self._bag.append("evaluations", evaluation)
-        self._judge(evaluation, now, overdue=True)
-
     def _tell(self, trial: Trial) -> None:
         self._publish("trials", self._bag.append("trials", trial))
         self._dispatcher.close(trial.trial)
@@ -318,7 +226,3 @@ class Optimizer:
 
     def _record_command(self, command: Command) -> None:
         self._publish("commands", self._bag.append("commands", command))
-
-    def _record_evaluator(self, status: EvaluatorStatus, state: int) -> None:
-        none = np.empty(0, np.uint32)
-        self._bag.append("evaluators", replace(status, state=state, studies=[], trials=none, attempts=none))

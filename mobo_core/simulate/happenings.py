@@ -9,9 +9,10 @@ from mobo_core.bag.blank import is_blank
 from mobo_core.bag.cut import cut_bag
 from mobo_core.bag.recover import recover_bag
 from mobo_core.simulate.disk import Disk
+from mobo_core.simulate.evaluator_node import EvaluatorNode
 from mobo_core.simulate.faults import Fault, Plan
 from mobo_core.simulate.network import Network
-from mobo_core.simulate.nodes import EvaluatorNode, OptimizerNode
+from mobo_core.simulate.optimizer_node import OptimizerNode
 from mobo_core.simulate.stranger import Stranger
 from mobo_core.simulate.witness import Witness
 from mobo_core.simulate.workers import EVALUATION_TIMEOUT_S, Manners

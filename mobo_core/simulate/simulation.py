@@ -13,10 +13,11 @@ from mobo_core.clock import told_by
 from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.simulate.aftermath import check_verified
 from mobo_core.simulate.disk import Disk
+from mobo_core.simulate.evaluator_node import EvaluatorNode
 from mobo_core.simulate.faults import CHANGING, Fault, Plan
 from mobo_core.simulate.happenings import HOME, begin
 from mobo_core.simulate.network import Network, Weather
-from mobo_core.simulate.nodes import EvaluatorNode, OptimizerNode, options_of
+from mobo_core.simulate.optimizer_node import OptimizerNode, options_of
 from mobo_core.simulate.oracle import oracle_of
 from mobo_core.simulate.violation import Violation
 from mobo_core.simulate.witness import Witness

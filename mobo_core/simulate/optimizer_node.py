@@ -1,29 +1,21 @@
-"""Simulated nodes: around the real optimizer and evaluator, what the ROS nodes are around them."""
+"""A simulated optimizer node: around the real optimizer, what the ROS node is around it."""
 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from mobo_core.bag.study_bag import StudyBag
-from mobo_core.coordination.answer import Answering
 from mobo_core.coordination.dispatch import Dispatcher
-from mobo_core.coordination.evaluator import HEARTBEAT_S, Evaluator
-from mobo_core.coordination.leases import LiveEvaluator
 from mobo_core.coordination.namespace import Known, Namespace
 from mobo_core.coordination.namespace_claim import in_use
 from mobo_core.coordination.optimizer import Optimizer
 from mobo_core.coordination.options import OptimizerOptions
 from mobo_core.coordination.plan import plan_study, total_trials
-from mobo_core.coordination.pool import WorkerPool
 from mobo_core.errors import InUseError, MoboError
 from mobo_core.messages import (
     Candidate,
-    Evaluation,
-    EvaluatorStatus,
     OptimizerStatus,
     StudyStatus,
     Trial,
@@ -33,24 +25,15 @@ from mobo_core.messages import (
 from mobo_core.simulate.disk import Disk
 from mobo_core.simulate.network import Network
 from mobo_core.simulate.oracle import describer
-from mobo_core.simulate.violation import Violation
 from mobo_core.simulate.witness import Witness
-from mobo_core.simulate.workers import EVALUATION_TIMEOUT_S, SimulatedWorkers
+from mobo_core.simulate.work_watch import WorkWatch
+from mobo_core.simulate.workers import EVALUATION_TIMEOUT_S
 from mobo_core.simulate.world import Process, World
 
 TICK_S, STATUS_S, CLAIM_S, HOLD_S = 0.1, 0.5, 0.1, 1.0
 LEASE_S = 10.0
 # So long the middleware takes to see that a publisher is gone.
 LIVELINESS_S = 2.0
-
-
-@dataclass
-class _Heard:
-    """What an evaluator said last: when, how many places it has, and what it holds, without what it answered since."""
-
-    at: float
-    places: int
-    holds: set[tuple[int, int]]
 
 
 class OptimizerNode(Process):
@@ -90,8 +73,7 @@ class OptimizerNode(Process):
         self.optimizer: Optimizer | None = None
         self.finished = False
         self._bag: StudyBag | None = None
-        self._heard: dict[str, _Heard] = {}
-        self._leased: dict[tuple[int, int, str], LiveEvaluator] = {}
+        self._watch: WorkWatch | None = None
         message = OptimizerStatus(
             optimizer=f"/{name}", study=options.study_name, bag=str(options.folder), host_id=host, pid=number
         )
@@ -127,7 +109,8 @@ class OptimizerNode(Process):
         if topic == "candidates":
             sent = decode(Candidate, data)
             self.world.say(f"{self.name} sends trial {sent.trial}, attempt {sent.attempt}, to {sent.evaluator}")
-            self._look_at_places(sent.evaluator)
+            if self._watch is not None:
+                self._watch.sent(sent.evaluator)
         elif topic == "trials":
             told = decode(Trial, data)
             self.world.say(f"{self.name} tells trial {told.trial} (attempt {told.attempt} on {told.evaluator})")
@@ -158,41 +141,30 @@ class OptimizerNode(Process):
         n_trials = options.n_trials
         if past is not None:
             n_trials = total_trials(options, past.n_trials, len(past.trials))
-        self._dispatcher = Dispatcher(
+        dispatcher = Dispatcher(
             lease_s=options.lease_s, max_attempts=options.max_attempts,
             evaluation_timeout_s=options.evaluation_timeout_s,
         )  # fmt: skip
-        self.optimizer = Optimizer(
-            bag, bag.settings, n_trials, self._dispatcher, self._publish, log=lambda text: None, warn=lambda text: None,
+        self._watch = watch = WorkWatch(options.study_name, dispatcher)
+        self.optimizer = optimizer = Optimizer(
+            bag, bag.settings, n_trials, dispatcher, self._publish, log=lambda text: None, warn=lambda text: None,
             describe=describer(bag.settings.space),
         )  # fmt: skip
         self.world.say(f"{self.name} runs: {len(self.optimizer.study.told)} trials told before")
         self._witness.reopened()  # a file that was torn has been made whole
-        optimizer = self.optimizer
-        self._network.subscribe(self, "evaluators", self._on_evaluator)
-        self._network.subscribe(self, "evaluations", self._on_evaluation)
+
+        def on_evaluator(data: bytes) -> None:
+            watch.heard(data, self.clock())
+            optimizer.on_evaluator(data, self.clock())
+
+        def on_evaluation(data: bytes) -> None:
+            watch.answered(data)
+            optimizer.on_evaluation(data, self.clock())
+
+        self._network.subscribe(self, "evaluators", on_evaluator)
+        self._network.subscribe(self, "evaluations", on_evaluation)
         if not optimizer.done:
             optimizer.record_status(StudyStatus.RUNNING)
-
-    def _on_evaluator(self, data: bytes) -> None:
-        with contextlib.suppress(MoboError):
-            status = decode(EvaluatorStatus, data)
-            named = zip(status.studies, status.trials, status.attempts, strict=True)
-            holds = {(int(trial), int(attempt)) for study, trial, attempt in named if study == self.options.study_name}
-            if status.state == EvaluatorStatus.ALIVE:
-                self._heard[status.evaluator] = _Heard(self.clock(), status.workers, holds)
-            else:
-                self._heard.pop(status.evaluator, None)
-        if self.optimizer is not None:
-            self.optimizer.on_evaluator(data, self.clock())
-
-    def _on_evaluation(self, data: bytes) -> None:
-        with contextlib.suppress(MoboError):
-            answer = decode(Evaluation, data)
-            if (heard := self._heard.get(answer.evaluator)) is not None:
-                heard.holds.discard((answer.trial, answer.attempt))
-        if self.optimizer is not None:
-            self.optimizer.on_evaluation(data, self.clock())
 
     def _report(self) -> None:
         if self.optimizer is not None:
@@ -203,7 +175,8 @@ class OptimizerNode(Process):
         if (optimizer := self.optimizer) is None or not self.alive:
             return
         self._witness.look(optimizer)
-        self._look_at_leases()
+        if self._watch is not None:
+            self._watch.look(self.clock())
         if optimizer.done or optimizer.controls.stopped:
             final = optimizer.end()
             assert self._bag is not None
@@ -213,32 +186,6 @@ class OptimizerNode(Process):
             self.alive = False
             self.world.say(f"{self.name} ends: {'done' if optimizer.done else 'stopped'}")
             self.is_gone()
-
-    def _look_at_places(self, name: str) -> None:
-        """See that what an evaluator was sent, and what it says it has, wanted or not, is no more than its places."""
-        known, heard = self._dispatcher._evaluators[name], self._heard.get(name)
-        if heard is not None and len(held := known.leases.keys() | heard.holds) > heard.places:
-            raise Violation("places", f"{name} has {heard.places} places, and is to have {len(held)} candidates")
-
-    def _look_at_leases(self) -> None:
-        """See that no lease has ended of which an evaluator said just now that it has the candidate."""
-        now, dispatcher = self.clock(), self._dispatcher
-        alive, opened = dispatcher._evaluators, dispatcher._open
-        for lease, evaluator in self._leased.items():
-            trial, attempt, name = lease
-            if trial not in opened or alive.get(name) is not evaluator or not evaluator.is_proven:
-                continue
-            said, record = self._heard.get(name), opened[trial]
-            still = attempt in record.leases or name in record.failed_on() | record.unable
-            if said and not still and now - said.at < HEARTBEAT_S and (trial, attempt) in said.holds:
-                raise Violation("leases", f"{name} has trial {trial} and says so, but its lease has ended")
-        self._leased = {
-            (trial, attempt, lease.dispatch.evaluator): alive[lease.dispatch.evaluator]
-            for trial, record in opened.items()
-            for attempt, lease in record.leases.items()
-        }
-        if any(len(record.leases) > 2 for record in opened.values()):
-            raise Violation("leases", "a trial is with three evaluators")
 
     def kill(self) -> None:
         """End at once: nothing is written, no file is finished."""
@@ -263,58 +210,6 @@ class OptimizerNode(Process):
             self._holders[self] = self.world.now + LIVELINESS_S
         if self._bag is not None:
             self._disk.bury()
-
-
-class EvaluatorNode(Process):
-    """One run of an evaluator.
-
-    Args:
-        world, name, host: as of any process.
-        network: it hears and is heard on.
-        n_workers: how many it has.
-        evaluation_s: s an evaluation takes.
-        timeout_s: s after which it replaces a worker.
-        engine: it says it has.
-        version: of mobo it says it is.
-    """
-
-    def __init__(
-        self,
-        world: World,
-        name: str,
-        host: str,
-        network: Network,
-        n_workers: int,
-        evaluation_s: float,
-        timeout_s: float,
-        *,
-        engine: str = "simulated",
-        version: str = "",
-    ) -> None:
-        super().__init__(world, name, host)
-        self._network, self._engine, self._version = network, engine, version
-        self.workers = SimulatedWorkers(self, evaluation_s)
-        answering = Answering(name, "simulated", simulated_s=0.0)
-        self.pool = WorkerPool(answering, n_workers, timeout_s, clock=self.clock, processes=self.workers)
-        self.evaluator = Evaluator(self.pool, self._publish, log=lambda text: None, warn=lambda text: None)
-        self.workers.collect = self.evaluator.collect
-        network.subscribe(self, "candidates", self.evaluator.on_candidate)
-        network.subscribe(self, "trials", self.evaluator.on_trial)
-        self.every(0.5, self.evaluator.collect, first=0.5)
-        self.every(HEARTBEAT_S, self.evaluator.beat, first=self.workers.random.random())
-
-    def _publish(self, topic: str, data: bytes) -> None:
-        if topic == "evaluators" and (self._engine != "simulated" or self._version):
-            status = decode(EvaluatorStatus, data)
-            data = encode(dataclasses.replace(status, engine=self._engine, mobo_version=self._version))
-        self._network.publish(self, topic, data)
-
-    def leave(self) -> None:
-        """End in order, with a goodbye."""
-        self.do(self.evaluator.leave)
-        if self.alive and not self.hangs:
-            self.alive = False
-            self.world.say(f"{self.name} leaves")
 
 
 def options_of(folder: Path, name: str, settings: dict[str, object], n_trials: int) -> OptimizerOptions:
