@@ -127,6 +127,8 @@ class AnyOrder(RuleBasedStateMachine):
         for i, dispatch in enumerate(sent):
             trial = dispatch.trial
             assert dispatch not in self.sent
+            if dispatch.attempt == 1:  # for the first time, in their order
+                assert trial == len({d.trial for d in self.sent})
             assert dispatch.attempt == 1 + max((d.attempt for d in self.sent if d.trial == trial), default=0)
             assert dispatch.evaluator in self.dispatcher.evaluators
             assert (trial, dispatch.evaluator) not in self.unable
