@@ -5,6 +5,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -116,9 +117,10 @@ def test_optimizers_started_at_once_in_one_namespace(nodes: Nodes, tmp_path: Pat
         if i != holder:
             assert process.returncode == 2
             last = output(process).splitlines()[-1]
-            # On a busy machine one may come second to one that then gives way to the third.
+            # On a busy machine one may come second to one that then gives way to the third, or so late that it meets
+            # the namespace's lock, which knows no node's name.
             others = {f"pid {other.pid}" for other in started if other is not process}
-            assert "in use by /optimizer on " in last and any(other in last for other in others)
+            assert re.search("in use by (/optimizer|an optimizer) on ", last) and any(each in last for each in others)
             assert not bags[i].exists()
     # One that waits gets through when the holder is killed, and so does the same one started again.
     waiting = nodes.optimizer(bags[holder], n_trials=4, sampler="random", resume=True, lease_s=60.0)
