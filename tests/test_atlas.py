@@ -275,12 +275,14 @@ def test_values_of_other_questions_are_not_compared(bags: list[Path], atlas: Atl
     assert fitting_atlas(settings)[1] == "mobo brings no atlas of 3 joints"
 
 
-def test_the_atlas_that_mobo_brings_is_one() -> None:
-    path = packaged()
+@pytest.mark.parametrize(("n_joints", "orders"), [(6, 239), (7, 577)])
+def test_the_atlases_that_mobo_brings_are_such(n_joints: int, orders: int) -> None:
+    path = packaged(n_joints)
     assert path is not None and path.stat().st_size < 3_000_000
     brought = read_atlas(path)
-    assert fitting_atlas(StudySettings(spec=load_spec("mobo")), "kernel")[0] is not None
-    assert brought.about.orders == len(brought.orders) == 239
+    settings = StudySettings(space=DesignSpace(n_joints=n_joints), spec=load_spec("mobo"))
+    assert fitting_atlas(settings, "kernel")[0] is not None
+    assert brought.about.orders == len(brought.orders) == orders
     wanted = brought.wanted
     for rows in brought.orders.values():
         values = [wanted[row] for row in rows]
@@ -355,3 +357,10 @@ def test_metadata_that_cannot_be_is_refused(atlas: Atlas, tmp_path: Path, change
     pyarrow.parquet.write_table(table.replace_schema_metadata({b"mobo_atlas": json.dumps(about)}), file)
     with pytest.raises(InputError, match="metadata not readable"):
         read_atlas(file)
+
+
+def test_what_is_asked_of_the_atlases_that_mobo_brings(capsys: pytest.CaptureFixture[str]) -> None:
+    """That of as many joints as the order or the lengths asked for, of six if there are neither."""
+    for wish, n_joints in (((), 6), (("--order", "YPYPYPY"), 7), (("--near", "0,0.3,0,0,0.3,0,0"), 7)):
+        arms = mobo_json(capsys, "atlas", "ask", *wish, "--top", 1, "--json")["arms"]
+        assert [len(arm["joints"]) for arm in arms] == [n_joints]

@@ -23,6 +23,7 @@ from mobo_core.errors import InputError
 from mobo_core.outputs import write_whole
 
 FORMAT = 1
+DEFAULT_JOINTS = 6  # of the atlas that is asked where nothing says otherwise
 _RECORD = b"mobo_atlas"
 _MOST_BYTES, _MOST_ROWS, _MOST_COLUMNS, _MOST_TEXT = 500_000_000, 2_000_000, 64, 200
 _MOST_JOINTS = 12
@@ -65,7 +66,7 @@ def check_output(path: Path) -> None:
     pyarrow(str(path))
 
 
-def packaged(n_joints: int = 6) -> Path | None:
+def packaged(n_joints: int = DEFAULT_JOINTS) -> Path | None:
     """Return the atlas that mobo brings of arms of so many joints; None if it brings none."""
     found = files("mobo_core.atlas") / "data" / f"atlas_{n_joints}.parquet"
     with as_file(found) as path:

@@ -60,11 +60,11 @@ def add(kinds: Verbs) -> None:
     parser.set_defaults(run=run)
 
 
-def _atlas(among: str | None) -> tuple[Atlas, str]:
+def _atlas(among: str | None, n_joints: int) -> tuple[Atlas, str]:
     from mobo_core.atlas.file import packaged, read_atlas
 
     if among is None:
-        path = packaged()
+        path = packaged(n_joints) or packaged()
         if path is None:
             raise InputError("mobo brings no atlas", where="--in", expected="a bag, or the file of an atlas")
         return read_atlas(path), "the atlas of mobo"
@@ -96,10 +96,10 @@ def run(args: argparse.Namespace) -> int:
     suffix = Path(args.output).suffix.lower() if args.output else ""
     if args.output and suffix not in _SUFFIXES:
         raise InputError(f"suffix {suffix!r}", where="--output", expected="FILE.png or FILE.svg")
-    atlas, name = _atlas(args.among)
+    arm = named_arm(args, args.arm, quiet=args.json)
+    atlas, name = _atlas(args.among, arm.n)
     if not len(atlas):
         raise InputError("no complete trial", where=name, expected="a study with at least one arm evaluated")
-    arm = named_arm(args, args.arm, quiet=args.json)
     with bar("placing", quiet=args.json) as progress:
         found = place(arm, atlas, progress)
     if args.output:

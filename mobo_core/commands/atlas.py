@@ -119,7 +119,7 @@ def _make(bags: Sequence[Path], output: Path, *, as_json: bool, searched: bool) 
 
 def _ask(args: argparse.Namespace) -> int:
     from mobo_core.atlas.ask import answer
-    from mobo_core.atlas.file import packaged, read_atlas
+    from mobo_core.atlas.file import DEFAULT_JOINTS, packaged, read_atlas
 
     _, *files = args.words
     if len(files) > 1:
@@ -128,10 +128,11 @@ def _ask(args: argparse.Namespace) -> int:
         raise InputError(str(args.top), where="--top", expected="1 or more")
     if args.searched:
         raise InputError("--searched", where="arguments", expected="mobo atlas BAG… -o FILE.parquet --searched")
-    path = Path(files[0]) if files else packaged()
+    wish = _wish(args)
+    n_joints = len(wish.orders[0]) if wish.orders else len(wish.near) or DEFAULT_JOINTS
+    path = Path(files[0]) if files else packaged(n_joints) or packaged()
     if path is None:
         raise InputError("this mobo brings no atlas", where="arguments", expected="mobo atlas ask FILE")
-    wish = _wish(args)
     atlas = read_atlas(path)
     rows = answer(atlas, wish).tolist()[: args.top]
     if args.output is not None and rows:

@@ -95,5 +95,5 @@ def _parquet(columns: Columns, where: str) -> bytes:
         kind = float if float in kinds else kinds.pop() if len(kinds) == 1 else str
         fields.append((name, types.get(name, by_kind.get(kind, arrow.string()))))
     out = io.BytesIO()
-    parquet.write_table(arrow.table(columns, schema=arrow.schema(fields)), out)
+    parquet.write_table(arrow.table(columns, schema=arrow.schema(fields)), out, compression="zstd", compression_level=9)
     return out.getvalue()
