@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # make paper: the studies of docs/paper.md over ROS 2, one after the other; a second call skips what is done and goes on
-# with what stopped. Each leaves its bag in bags/paper/, and in docs/paper/ a table of all trials and its report's pictures,
-# tpe6 and tpe7 also a bag of their best arms.
+# with what stopped. Each leaves its bag and its report in bags/paper/; what docs/paper/ lacks yet goes there: a table of all
+# trials, the report's pictures, of tpe6 and tpe7 a bag of their best arms.
 # PAPER: the studies to run, by name (all). PAPER_BAGS: where their bags are. PAPER_TRIALS: so many trials instead.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -37,16 +37,16 @@ best() { # name settings…
   if [ -e "docs/paper/$name" ]; then return; fi
   .ci/in-env mobo export table "$bags/$1" --best -o "$table"
   study "$name" "$(($(wc -l <"$table") - 1))" "${@:2}" "baselines:=$table"
-  mkdir "docs/paper/$name"
+  mkdir -p "docs/paper/$name"
   cp "$bags/$name"/{metadata.yaml,*.mcap} "docs/paper/$name"
 }
 
 run() { # name trials settings…
   local name=$1 trials=${PAPER_TRIALS:-$2} bag=$bags/$1
   study "$name" "$trials" "${@:3}"
-  if [ -e "docs/paper/$name.parquet" ] && [ -z "${PAPER_TRIALS:-}" ]; then return; fi
   .ci/in-env mobo report "$bag" -o "$bags/${name}_report" >"$bags/$name.txt"
-  if [ -n "${PAPER_TRIALS:-}" ]; then return; fi
+  echo "report: $bags/${name}_report/index.html"
+  if [ -n "${PAPER_TRIALS:-}" ] || [ -e "docs/paper/$name.parquet" ]; then return; fi # a checkout has its results
   .ci/in-env mobo export table "$bag" -o "docs/paper/$name.parquet"
   for picture in sampling structures lengths claims; do
     cp "$bags/${name}_report/$picture.png" "docs/paper/${name}_$picture.png"

@@ -84,13 +84,10 @@ def run_table(args: argparse.Namespace) -> int:
     path = Path(args.output)
     check_table_path(path)
     table = study_table(read_bag_argument(args.bag))
-    if args.best:
-        rows = best_of_orders(table)
-        write_table(path, table_columns(rows, table.n_joints))
-        print(f"{len(rows)} arms of {len(table.rows)} trials: {path}")
-        return 0
-    write_table(path, table_columns(table.rows, table.n_joints))
-    print(f"{len(table.rows)} trials, {len(table.failed)} of them failed: {path}")
+    rows = best_of_orders(table) if args.best else table.rows
+    write_table(path, table_columns(rows, table.n_joints))
+    best = f"{len(rows)} arms of " if args.best else ""
+    print(f"{best}{len(table.rows)} trials, {len(table.failed)} of them failed: {path}")
     return 0
 
 
